@@ -1,0 +1,20 @@
+//! Cluster boundaries and the corners that splits register.
+//!
+//! Every boundary curve between two adjacent clusters is one ordered list of vertices, an *arc*, that both sides
+//! read, so their polygons agree by construction: [`loops`] finds the boundary of every cluster, [`corners`] the
+//! vertices that each split registers, [`curves`] those that open boundaries and seams need, [`activity`] turns all
+//! of it into one record per vertex that says when the vertex is drawn.
+//!
+//! # Paper
+//! [Tsuji07] 4.3, steps 1 to 3.
+//!
+//! # Deviations
+//! A closed cut gets three anchors, every child keeps at least three corners, vertices on open boundaries and seams
+//! are registered by the error of leaving them out, and the copies of a vertex along a seam are drawn together.
+
+pub mod activity;
+pub mod corners;
+pub mod curves;
+pub mod flaps;
+pub mod loops;
+mod polyline;

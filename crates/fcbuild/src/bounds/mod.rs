@@ -1,0 +1,8 @@
+//! What is measured on every node: error bounds, sphere, normal cone and bounding polygon.
+
+mod bounding_polygon;
+mod distance;
+mod node;
+
+pub use bounding_polygon::BoundingPolygon;
+pub use node::{Measured, NodeBounds, combine, measure};

@@ -1,0 +1,241 @@
+//! The stages in a row: from a soup to the records of a tree file.
+
+use crate::arcs::{activity, corners, curves, flaps, loops::Loops};
+use crate::bounds;
+use crate::error::Error;
+use crate::import::{Soup, Tally};
+use crate::mesh::{Components, Mesh, Weld};
+use crate::partition::{self, Hierarchy, SplitMode};
+use crate::records::Records;
+use crate::tree_order::TreeMesh;
+use fct::{ChildRef, GroupRecord, Meta, TreeData, U32};
+use std::time::{Duration, Instant};
+
+/// A stage of the build, as progress and times name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Welding, repair and the dual graph.
+    Mesh,
+    /// Splitting clusters in two.
+    Partition,
+    /// Boundary loops of all clusters.
+    Boundaries,
+    /// Corners, error bounds, spheres, cones and bounding polygons.
+    Bounds,
+    /// Turning everything into records.
+    Records,
+}
+
+impl Phase {
+    /// The name in reports.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Phase::Mesh => "mesh",
+            Phase::Partition => "partition",
+            Phase::Boundaries => "boundaries",
+            Phase::Bounds => "bounds",
+            Phase::Records => "records",
+        }
+    }
+}
+
+/// How to build.
+#[derive(Clone, Copy)]
+pub struct BuildOptions<'a> {
+    /// How clusters are cut.
+    pub split: SplitMode,
+    /// Which vertices become one.
+    pub weld: Weld,
+    /// Told of a phase, the faces it is done with, and all faces; from any thread.
+    pub progress: &'a (dyn Fn(Phase, u64, u64) + Sync),
+}
+
+/// A tree, ready to be written.
+#[derive(Debug)]
+pub struct Built {
+    /// Description for the file; the caller adds what only it knows (source names, generator).
+    pub meta: Meta,
+    /// What was read, dropped and warned about.
+    pub tally: Tally,
+    /// Wall time of each phase, in order.
+    pub times: Vec<(Phase, Duration)>,
+    root: ChildRef,
+    records: Records,
+}
+
+impl Built {
+    /// The tree as the writer takes it.
+    pub fn data(&self) -> TreeData<'_> {
+        let r = &self.records;
+        TreeData {
+            root: self.root,
+            meta: &self.meta,
+            nodes: &r.nodes,
+            vertices: &r.vertices,
+            faces: &r.faces,
+            loops: &r.loops,
+            weld: &r.weld,
+            bounding_polygons: &r.polygons,
+            normals: Some(&r.normals),
+            colors: r.colors.as_deref(),
+            groups: &r.groups,
+        }
+    }
+}
+
+/// Builds the tree of `soup` on the current rayon pool.
+///
+/// # Errors
+/// Bad input when no face is left after repair, or when coordinates leave the range of single precision; a limit
+/// when there are more faces than the format can number.
+pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
+    let mut clock = Clock { last: Instant::now(), times: Vec::new() };
+    let faces_in = soup.triangles.len() as u64;
+    if faces_in > crate::mesh::MAX_FACES {
+        return Err(Error::new(
+            crate::error::ErrorKind::Limit,
+            "FC501",
+            format!("{faces_in} faces are more than the format can number ({})", crate::mesh::MAX_FACES),
+        ));
+    }
+    let tell = |phase, done| (options.progress)(phase, done, faces_in);
+    tell(Phase::Mesh, 0);
+    let mut mesh = Mesh::from_soup(soup, options.weld)?;
+    let components = Components::of(&mesh);
+    let mut meta = describe(&mesh, &components, options);
+    let tally = std::mem::take(&mut mesh.tally);
+    clock.lap(Phase::Mesh);
+
+    let faces = mesh.faces.len() as u64;
+    let done = std::sync::atomic::AtomicU64::new(0);
+    let count = |n: u64| {
+        let before = done.fetch_add(n, std::sync::atomic::Ordering::Relaxed);
+        (options.progress)(Phase::Partition, before + n, faces);
+    };
+    let hierarchy = partition::partition(&mesh, &components, options.split, &count);
+    meta.depth = hierarchy.depth();
+    clock.lap(Phase::Partition);
+
+    tell(Phase::Boundaries, 0);
+    let (groups, group_names) = group_records(&mesh, &hierarchy);
+    meta.group_names = group_names;
+    let component = component_of_faces(&components, &hierarchy);
+    let component_count = components.len();
+    drop(components);
+    let mesh = TreeMesh::new(mesh, &hierarchy);
+    let splits = hierarchy.splits;
+    let loops = Loops::of(&mesh, &splits);
+    clock.lap(Phase::Boundaries);
+
+    tell(Phase::Bounds, 0);
+    let mut curve_records = curves::records(&mesh, &component, component_count);
+    drop(component);
+    let mut anchored = vec![false; mesh.positions.len()];
+    for r in curve_records.iter().filter(|r| r.error == f64::INFINITY) {
+        anchored[r.vertex as usize] = true;
+    }
+    for v in 0..anchored.len() {
+        anchored[v] |= anchored[mesh.weld[v] as usize];
+    }
+    let measure = |at: corners::Cornered<'_>| bounds::measure(&mesh, &splits[at.node], &at);
+    let (registrations, measured) = corners::register(&mesh, &splits, &loops, &anchored, &measure);
+    let nodes = bounds::combine(&mesh, &splits, &measured);
+    curve_records.extend(flaps::records(&mesh, &splits, &loops, &nodes));
+    let mut activity = activity::gather(&mesh.weld, &registrations, &curve_records, &nodes);
+    if splits.is_empty() {
+        activity::always(&mesh.positions, &mut activity);
+    }
+    drop(registrations);
+    clock.lap(Phase::Bounds);
+
+    tell(Phase::Records, 0);
+    let root = if splits.is_empty() { ChildRef::face(0) } else { ChildRef::node(0) };
+    let mut records = Records::new(mesh, &splits, loops, &nodes, &measured, &activity)?;
+    records.groups = groups;
+    for v in &records.vertices {
+        for (axis, x) in v.position.iter().enumerate() {
+            meta.bounds_min[axis] = meta.bounds_min[axis].min(x.get());
+            meta.bounds_max[axis] = meta.bounds_max[axis].max(x.get());
+        }
+    }
+    clock.lap(Phase::Records);
+    Ok(Built { meta, tally, times: clock.times, root, records })
+}
+
+struct Clock {
+    last: Instant,
+    times: Vec<(Phase, Duration)>,
+}
+
+impl Clock {
+    fn lap(&mut self, phase: Phase) {
+        let now = Instant::now();
+        self.times.push((phase, now - self.last));
+        self.last = now;
+    }
+}
+
+fn describe(mesh: &Mesh, components: &Components, options: &BuildOptions<'_>) -> Meta {
+    let dropped = &mesh.tally.dropped;
+    Meta {
+        split: options.split.as_str().to_owned(),
+        origin: mesh.units.origin.to_array(),
+        weld: match options.weld {
+            Weld::Exact => "exact".to_owned(),
+            Weld::Off => "off".to_owned(),
+            Weld::Within(distance) => distance.to_string(),
+        },
+        faces_in: mesh.tally.faces_in,
+        faces_kept: mesh.faces.len() as u64,
+        dropped: crate::import::DropReason::ALL
+            .iter()
+            .map(|&reason| (reason.as_str().to_owned(), dropped.count(reason)))
+            .filter(|(_, n)| *n > 0)
+            .collect(),
+        closed: mesh.graph.boundary_edges == 0 && mesh.graph.seams.is_empty(),
+        boundary_edges: mesh.graph.boundary_edges,
+        seam_edges: mesh.graph.seam_edges,
+        components: components.len() as u64,
+        bounds_min: [f32::INFINITY; 3],
+        bounds_max: [f32::NEG_INFINITY; 3],
+        ..Meta::default()
+    }
+}
+
+/// The component of each face in tree order.
+fn component_of_faces(components: &Components, hierarchy: &Hierarchy) -> Vec<u32> {
+    let mut of_face = vec![0; hierarchy.order.len()];
+    for c in 0..components.len() {
+        for &f in components.faces_of(c) {
+            of_face[f as usize] = c as u32;
+        }
+    }
+    hierarchy.order.iter().map(|&f| of_face[f as usize]).collect()
+}
+
+/// The highest subtree of each group that still has faces, in tree order, and the groups' names in that order.
+fn group_records(mesh: &Mesh, hierarchy: &Hierarchy) -> (Vec<GroupRecord>, Vec<String>) {
+    let (mut records, mut names) = (Vec::new(), Vec::new());
+    if mesh.face_group.is_empty() {
+        return (records, names);
+    }
+    let group_at = |i: usize| mesh.face_group[hierarchy.order[i] as usize];
+    let mut stack = vec![(0, 0, hierarchy.order.len())];
+    while let Some((node, first, faces)) = stack.pop() {
+        if group_at(first) == group_at(first + faces - 1) {
+            let root = if faces == 1 { ChildRef::face(first as u32) } else { ChildRef::node(node as u32) };
+            records.push(GroupRecord {
+                root: U32::new(root.raw()),
+                first_face: U32::new(first as u32),
+                face_count: U32::new(faces as u32),
+                name: U32::new(names.len() as u32),
+            });
+            names.push(mesh.group_names[group_at(first) as usize].clone());
+        } else {
+            let left = hierarchy.splits[node].left_faces as usize;
+            stack.push((node + left, first + left, faces - left));
+            stack.push((node + 1, first, left));
+        }
+    }
+    (records, names)
+}

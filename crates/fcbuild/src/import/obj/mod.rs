@@ -1,0 +1,136 @@
+//! OBJ: parsed by `tobj`, behind our own walk over the lines.
+//!
+//! The walk (`feed`) knows line numbers, bounds every line and index and hides what the parser
+//! stumbles over; material files are never opened, since the mesh keeps no materials.
+
+mod feed;
+mod lines;
+
+use std::path::Path;
+
+use feed::{Feed, Findings};
+use lines::Lines;
+
+use super::faces::{Faces, Vertices};
+use super::number::narrow;
+use super::soup::{Group, Positions, Soup};
+use super::source::Source;
+use super::tally::Tally;
+use crate::error::Error;
+
+/// Reads an OBJ file; each `o` is a group.
+pub(super) fn read(source: &mut Source<'_>) -> Result<Soup, Error> {
+    let stem = source.stem();
+    let max_faces = source.max_faces();
+    let folder = source.path().parent().unwrap_or(Path::new(""));
+    let mut feed = Feed::new(Lines::new(source.window()), folder, max_faces);
+    let options = tobj::LoadOptions::default();
+    let parsed = tobj::load_obj_buf(&mut feed, &options, |_| Ok(Default::default()));
+    let (failure, findings) = feed.finish();
+    if let Some(e) = failure {
+        return Err(source.read_error(&e));
+    }
+    let findings = findings?;
+    let mesh = match parsed {
+        // Objects are ours to keep apart, so that the parser sees a single one.
+        Ok((models, _)) => models.into_iter().next().map(|m| m.mesh).unwrap_or_default(),
+        Err(e) => return Err(Error::bad_input("FC206", format!("the OBJ parser refuses the file: {e}"))),
+    };
+    assemble(mesh, &findings, &stem, max_faces)
+}
+
+fn assemble(mesh: tobj::Mesh, findings: &Findings, stem: &str, max_faces: u64) -> Result<Soup, Error> {
+    let positions = Positions::narrow_if_harmless(mesh.positions.as_chunks::<3>().0.to_vec());
+    let normals = findings.with_normals.then(|| average_normals(&mesh, positions.len()));
+    let colors = findings.colored.then(|| mesh.vertex_color.as_chunks::<3>().0.iter().map(color).collect());
+    let vertices = Vertices::new(&positions);
+    let mut faces = Faces::new(max_faces);
+    let unused = findings.vertices.saturating_sub(positions.len() as u64);
+    warn(&mut faces.tally, findings, unused);
+
+    // Where the parser met triangles only, it gives no numbers of corners.
+    let all_triangles = mesh.face_arities.is_empty();
+    let polygons = if all_triangles { mesh.indices.len() / 3 } else { mesh.face_arities.len() };
+    let mut groups: Vec<Group> = Vec::new();
+    let mut objects = findings.objects.iter().peekable();
+    let mut name = stem;
+    let mut start = 0usize;
+    let mut rest = mesh.indices.as_slice();
+    for polygon in 0..polygons {
+        while let Some((next, _)) = objects.next_if(|(_, first)| *first <= polygon as u64) {
+            close_group(&mut groups, name, start, faces.triangles.len());
+            start = faces.triangles.len();
+            name = if next.is_empty() { stem } else { next };
+        }
+        let corners =
+            if all_triangles { 3 } else { mesh.face_arities.get(polygon).map_or(0, |&n| n as usize) };
+        let Some((corners, after)) = rest.split_at_checked(corners) else { break };
+        rest = after;
+        faces.polygon(&vertices, corners)?;
+    }
+    close_group(&mut groups, name, start, faces.triangles.len());
+    let (triangles, tally) = faces.finish(&vertices)?;
+    Ok(Soup { positions, triangles, normals, colors, groups, tally })
+}
+
+/// Ends a group; one without triangles leaves no trace.
+fn close_group(groups: &mut Vec<Group>, name: &str, start: usize, end: usize) {
+    if end > start {
+        groups.push(Group { name: name.to_owned(), triangles: start..end });
+    }
+}
+
+/// One normal per vertex: the mean direction over the corners, zero where there is none.
+fn average_normals(mesh: &tobj::Mesh, count: usize) -> Vec<[f32; 3]> {
+    let stored = mesh.normals.as_chunks::<3>().0;
+    let mut sums = vec![[0.0f64; 3]; count];
+    for (&vertex, &normal) in mesh.indices.iter().zip(&mesh.normal_indices) {
+        let (Some(sum), Some(normal)) = (sums.get_mut(vertex as usize), stored.get(normal as usize)) else {
+            continue;
+        };
+        let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if length.is_finite() && length > 0.0 {
+            for (s, x) in sum.iter_mut().zip(normal) {
+                *s += x / length;
+            }
+        }
+    }
+    sums.iter()
+        .map(|sum| {
+            let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if length > 0.0 { sum.map(|x| narrow(x / length)) } else { [0.0; 3] }
+        })
+        .collect()
+}
+
+/// A colour from 0..1 as bytes, opaque.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the walk clamps channels to 0..1"
+)]
+fn color(rgb: &[f64; 3]) -> [u8; 4] {
+    let [r, g, b] = rgb.map(|x| (x * 255.0 + 0.5) as u8);
+    [r, g, b, 255]
+}
+
+fn warn(tally: &mut Tally, findings: &Findings, unused: u64) {
+    for (&code, &count) in &findings.oddities {
+        let message = match code {
+            "lines_and_points" => "statements that draw lines or points are ignored",
+            "free_form_geometry" => {
+                "statements of curves and free-form surfaces are ignored; export them as polygons"
+            }
+            "vertex_weights" => "weights of vertices are ignored, since polygons have none",
+            "partial_colors" => "vertices do not follow the first one in having or lacking a colour",
+            "outside_material_files" => "material files outside the input's folder are not looked for",
+            "missing_material_files" => "material files are missing; the geometry needs none",
+            _ => "unknown statements are ignored",
+        };
+        tally.warn(code, count, message);
+    }
+    tally.warn("unused_vertices", unused, "vertices that no face uses are left out");
+}
+
+#[cfg(test)]
+mod tests;

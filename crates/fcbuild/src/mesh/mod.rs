@@ -1,0 +1,95 @@
+//! From a polygon soup to oriented manifold pieces with boundary.
+
+mod attributes;
+mod components;
+mod dual_graph;
+mod fans;
+mod units;
+mod weld;
+
+pub use components::Components;
+pub use dual_graph::{DualGraph, EdgeKind, NONE};
+pub use units::Units;
+pub use weld::Weld;
+
+use crate::error::Error;
+use crate::import::{Group, Soup, Tally};
+use attributes::Attributes;
+use glam::Vec3;
+
+/// The largest number of faces that half-edge indices below 2^31 allow.
+pub const MAX_FACES: u64 = (1 << 31) / 3 - 1;
+
+/// A welded mesh whose every connected piece is an oriented manifold with boundary.
+#[derive(Debug)]
+pub struct Mesh {
+    /// Scale and origin that lead back to the input's coordinates.
+    pub units: Units,
+    /// Position of each vertex, in normal units (see [`Units`]).
+    pub positions: Vec<Vec3>,
+    /// Unit normal of each vertex as the input gave it, else the area-weighted mean of its faces' normals.
+    pub normals: Vec<Vec3>,
+    /// Colour of each vertex, sRGB with alpha, when the input had colours.
+    pub colors: Option<Vec<[u8; 4]>>,
+    /// The welded vertex that each vertex is a copy of: seams and pinches are cut by copying vertices.
+    pub weld: Vec<u32>,
+    /// Vertex indices of each face, counter-clockwise.
+    pub faces: Vec<[u32; 3]>,
+    /// Adjacency across edges.
+    pub graph: DualGraph,
+    /// The group (object of the scene) of each face; empty when there is one group.
+    pub face_group: Vec<u32>,
+    /// Names of the groups, in order.
+    pub group_names: Vec<String>,
+    /// What was read, dropped and warned about.
+    pub tally: Tally,
+}
+
+impl Mesh {
+    /// Welds and repairs `soup`; every dropped face is counted in the tally.
+    ///
+    /// # Errors
+    /// Bad input when no face is left.
+    pub fn from_soup(soup: Soup, weld: Weld) -> Result<Mesh, Error> {
+        let Soup { positions, triangles, normals, colors, groups, mut tally } = soup;
+        let (units, mut positions) = Units::normalise(positions, &triangles);
+        let representative = weld::weld(&positions, weld, &units);
+        let kept = weld::keep_faces(&triangles, &representative, &mut tally);
+        if kept.is_empty() {
+            return Err(Error::bad_input("FC290", "no face is left after repair; every one was degenerate"));
+        }
+        let mut faces: Vec<[u32; 3]> =
+            kept.iter().map(|&f| triangles[f as usize].map(|v| representative[v as usize])).collect();
+        drop(triangles);
+        let (face_group, group_names) = group_of_faces(&kept, groups);
+        drop(kept);
+
+        let attributes = Attributes::merge(&representative, normals, colors, &mut tally);
+        drop(representative);
+        let graph = DualGraph::of(&faces, positions.len(), &face_group);
+        let copies = fans::split(&mut faces, &graph, positions.len());
+        for &v in &copies {
+            positions.push(positions[v as usize]);
+        }
+        let weld: Vec<u32> = (0..(positions.len() - copies.len()) as u32).chain(copies).collect();
+        let normals = attributes.normals_or_mean(&positions, &faces, &weld);
+        let colors = attributes.colors_of_copies(&weld);
+        Ok(Mesh { units, positions, normals, colors, weld, faces, graph, face_group, group_names, tally })
+    }
+}
+
+/// The group index of each kept face, left empty when there is one group only.
+fn group_of_faces(kept: &[u32], groups: Vec<Group>) -> (Vec<u32>, Vec<String>) {
+    let mut of_face = Vec::new();
+    if groups.len() > 1 {
+        of_face.reserve_exact(kept.len());
+        let mut group = 0;
+        for &face in kept {
+            while group + 1 < groups.len() && face as usize >= groups[group].triangles.end {
+                group += 1;
+            }
+            of_face.push(group as u32);
+        }
+    }
+    (of_face, groups.into_iter().map(|g| g.name).collect())
+}

@@ -1,0 +1,94 @@
+//! The unit of length that the builder works in.
+
+use crate::import::Positions;
+use glam::{DVec3, Vec3};
+
+/// An exact change of units: the box of the used vertices gets a longest side in [1, 2).
+///
+/// The factor is a power of two, so a single-precision coordinate changes its exponent and nothing else.
+/// It makes the tree independent of the unit of the mesh: a mesh scaled by a power of two gives the same tree.
+/// Without it, squared lengths of very large or very small models would leave the range of single precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units {
+    exponent: i32,
+    /// Added to the stored positions gives the input's coordinates; zero for single-precision input.
+    pub origin: DVec3,
+}
+
+impl Units {
+    /// Moves positions into normal units; coordinates in double precision are moved to an origin first.
+    pub fn normalise(positions: Positions, triangles: &[[u32; 3]]) -> (Units, Vec<Vec3>) {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for &v in triangles.iter().flatten() {
+            if let Some(p) = positions.get(v as usize) {
+                low = low.min(p.into());
+                high = high.max(p.into());
+            }
+        }
+        if triangles.is_empty() {
+            (low, high) = (DVec3::ZERO, DVec3::ZERO);
+        }
+        let origin = match positions {
+            Positions::F32(_) => DVec3::ZERO,
+            // Rounded to single precision, so that the sum of origin and position is short in decimal.
+            Positions::F64(_) => ((low + high) * 0.5).as_vec3().as_dvec3(),
+        };
+        let exponent = binary_exponent((high - low).max_element());
+        let units = Units { exponent, origin };
+        let factor = power_of_two(-exponent);
+        let convert = |p: DVec3| if p.is_finite() { ((p - origin).as_vec3().as_dvec3() * factor).as_vec3() } else { Vec3::ZERO };
+        let converted = match positions {
+            Positions::F32(v) => v.into_iter().map(|p| convert(Vec3::from(p).as_dvec3())).collect(),
+            Positions::F64(v) => v.into_iter().map(|p| convert(p.into())).collect(),
+        };
+        (units, converted)
+    }
+
+    /// Length of one normal unit in the input's unit: a power of two.
+    pub fn length(&self) -> f64 {
+        power_of_two(self.exponent)
+    }
+}
+
+/// The exponent e with 2^e <= x < 2^(e+1); 0 for zero and for what is not finite.
+fn binary_exponent(x: f64) -> i32 {
+    if x.is_normal() { ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023 } else { 0 }
+}
+
+/// 2^e, exact, for |e| up to 1022.
+fn power_of_two(e: i32) -> f64 {
+    f64::from_bits(((e.clamp(-1022, 1023) + 1023) as u64) << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exponent_brackets_the_length() {
+        for x in [1e-30, 0.3, 0.5, 1.0, 1.999, 2.0, 7.5e20] {
+            let e = binary_exponent(x);
+            assert!(power_of_two(e) <= x && x < power_of_two(e + 1), "{x}: {e}");
+        }
+        assert_eq!(binary_exponent(0.0), 0);
+    }
+
+    #[test]
+    fn positions_come_back_bit_for_bit() {
+        let points = vec![[1.0e-3_f32, -7.25, 3.0e5], [0.1, 0.2, 0.3], [f32::NAN, 0.0, 0.0], [5.0, 6.0, -2.0e5]];
+        let (units, normal) = Units::normalise(Positions::F32(points.clone()), &[[0, 1, 3]]);
+        for (p, n) in points.iter().zip(&normal).filter(|(p, _)| p[0].is_finite()) {
+            assert_eq!((n.as_dvec3() * units.length()).as_vec3(), Vec3::from(*p));
+        }
+    }
+
+    #[test]
+    fn double_precision_keeps_millimetres_far_from_the_origin() {
+        let points = vec![[500_000.001, 4_000_000.0, 0.0], [500_000.002, 4_000_000.0, 0.0], [500_010.0, 4_000_010.0, 1.0]];
+        let (units, normal) = Units::normalise(Positions::F64(points.clone()), &[[0, 1, 2]]);
+        for (p, n) in points.iter().zip(&normal) {
+            let back = n.as_dvec3() * units.length() + units.origin;
+            assert!((back - DVec3::from(*p)).length() < 1e-5, "{back}");
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! Welding of vertices at equal positions, and the faces that survive it.
+
+use super::Units;
+use crate::import::{DropReason, Tally};
+use glam::Vec3;
+
+/// Which vertices become one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Weld {
+    /// Those whose coordinates are the same bits, with -0 = +0. Scans need it: as shipped, many repeat vertices.
+    Exact,
+    /// Each vertex joins the first earlier one within this distance, in the input's unit.
+    Within(f64),
+    /// None.
+    Off,
+}
+
+/// For every vertex the lowest-numbered vertex it is welded to (itself, if none).
+pub(super) fn weld(positions: &[Vec3], weld: Weld, units: &Units) -> Vec<u32> {
+    match weld {
+        Weld::Off => (0..positions.len() as u32).collect(),
+        Weld::Exact => weld_exact(positions),
+        Weld::Within(distance) => weld_within(positions, distance / units.length()),
+    }
+}
+
+fn weld_exact(positions: &[Vec3]) -> Vec<u32> {
+    let mut table = CellTable::for_items(positions.len());
+    let keys: Vec<[u32; 3]> = positions.iter().map(|p| p.to_array().map(|x| (x + 0.0).to_bits())).collect();
+    let mut representative = Vec::with_capacity(keys.len());
+    for (i, key) in keys.iter().enumerate() {
+        let slot = table.slot(*key, |other| keys[other as usize] == *key);
+        representative.push(*table.entry(slot, i as u32));
+    }
+    representative
+}
+
+/// A grid of cells as wide as the distance: partners lie in the 27 cells around a point.
+fn weld_within(positions: &[Vec3], distance: f64) -> Vec<u32> {
+    if distance.is_nan() || distance <= 0.0 {
+        return weld_exact(positions);
+    }
+    let cell = |p: Vec3| (p.as_dvec3() / distance).floor().to_array().map(|x| x as i64);
+    let hashed = |c: [i64; 3]| c.map(|x| (x as u64 ^ ((x as u64) >> 32)) as u32);
+    let mut table = CellTable::for_items(positions.len());
+    let mut next_in_cell: Vec<u32> = vec![u32::MAX; positions.len()];
+    let mut representative: Vec<u32> = Vec::with_capacity(positions.len());
+    for (i, &p) in positions.iter().enumerate() {
+        let home = cell(p);
+        let mut best = i as u32;
+        for n in 0..27_i64 {
+            let near = [home[0] + n % 3 - 1, home[1] + n / 3 % 3 - 1, home[2] + n / 9 - 1];
+            let slot = table.slot(hashed(near), |other| cell(positions[other as usize]) == near);
+            let mut candidate = table.get(slot);
+            while candidate != u32::MAX {
+                if positions[candidate as usize].as_dvec3().distance(p.as_dvec3()) <= distance {
+                    best = best.min(candidate);
+                }
+                candidate = next_in_cell[candidate as usize];
+            }
+        }
+        representative.push(best);
+        if best == i as u32 {
+            // Only representatives are entered, so a chain of near points cannot creep.
+            let slot = table.slot(hashed(home), |other| cell(positions[other as usize]) == home);
+            let head = *table.entry(slot, i as u32);
+            if head != i as u32 {
+                next_in_cell[i] = next_in_cell[head as usize];
+                next_in_cell[head as usize] = i as u32;
+            }
+        }
+    }
+    representative
+}
+
+/// An open-addressing table from cells to vertex indices; it is only ever looked into, never iterated.
+struct CellTable {
+    slots: Vec<u32>,
+}
+
+impl CellTable {
+    fn for_items(n: usize) -> Self {
+        CellTable { slots: vec![u32::MAX; (2 * n + 2).next_power_of_two()] }
+    }
+
+    /// The slot of the entry that `same` accepts, or the free slot where it belongs.
+    fn slot(&self, key: [u32; 3], same: impl Fn(u32) -> bool) -> usize {
+        let mask = self.slots.len() - 1;
+        let mut hash = 0x9e37_79b9_7f4a_7c15_u64;
+        for k in key {
+            hash = (hash ^ u64::from(k)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+            hash ^= hash >> 32;
+        }
+        let mut slot = hash as usize & mask;
+        while self.slots[slot] != u32::MAX && !same(self.slots[slot]) {
+            slot = (slot + 1) & mask;
+        }
+        slot
+    }
+
+    fn get(&self, slot: usize) -> u32 {
+        self.slots[slot]
+    }
+
+    /// The entry at `slot`, filled with `index` if it was free.
+    fn entry(&mut self, slot: usize, index: u32) -> &u32 {
+        if self.slots[slot] == u32::MAX {
+            self.slots[slot] = index;
+        }
+        &self.slots[slot]
+    }
+}
+
+/// The faces that keep three different vertices and repeat no earlier face; the others are counted.
+pub(super) fn keep_faces(triangles: &[[u32; 3]], representative: &[u32], tally: &mut Tally) -> Vec<u32> {
+    // Faces in buckets of their lowest vertex; within a bucket equal faces are neighbours once it is sorted.
+    let mut start = vec![0_u32; representative.len() + 1];
+    let mut rotated: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
+    for (i, t) in triangles.iter().enumerate() {
+        let t = rotate_lowest_first(t.map(|v| representative[v as usize]));
+        if t[0] == t[1] || t[1] == t[2] || t[2] == t[0] {
+            tally.dropped.add(DropReason::RepeatedIndex, i as u64, 1);
+            rotated.push([u32::MAX; 3]);
+        } else {
+            start[t[0] as usize] += 1;
+            rotated.push(t);
+        }
+    }
+    let mut sum = 0;
+    for s in &mut start {
+        sum += std::mem::replace(s, sum);
+    }
+    let mut bucketed = vec![0_u32; sum as usize];
+    for (i, t) in rotated.iter().enumerate().filter(|(_, t)| t[0] != u32::MAX) {
+        let slot = &mut start[t[0] as usize];
+        bucketed[*slot as usize] = i as u32;
+        *slot += 1;
+    }
+    // `start[v]` has moved to the end of bucket v.
+    let mut low = 0;
+    for &high in &start[..representative.len()] {
+        let bucket = &mut bucketed[low as usize..high as usize];
+        bucket.sort_unstable_by_key(|&i| (rotated[i as usize], i));
+        for k in 1..bucket.len() {
+            let (first, second) = (bucket[k - 1] as usize, bucket[k] as usize);
+            if rotated[first][..2] == rotated[second][..2] && rotated[first][2] & !MARK == rotated[second][2] {
+                rotated[second][2] |= MARK;
+            }
+        }
+        low = high;
+    }
+    let mut kept = Vec::with_capacity(triangles.len());
+    for (i, t) in rotated.iter().enumerate().filter(|(_, t)| t[0] != u32::MAX) {
+        if t[2] & MARK == 0 {
+            kept.push(i as u32);
+        } else {
+            tally.dropped.add(DropReason::Duplicate, i as u64, 1);
+        }
+    }
+    kept
+}
+
+/// Vertex indices stay below 2^31 (three half-edges a face do), so the top bit can mark a repeated face.
+const MARK: u32 = 1 << 31;
+
+fn rotate_lowest_first(t: [u32; 3]) -> [u32; 3] {
+    let [a, b, c] = t;
+    if a <= b && a <= c {
+        t
+    } else if b <= c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(n: u32) -> Vec<Vec3> {
+        (0..n).map(|i| Vec3::new((i * 7 % 13) as f32, (i % 5) as f32 * -0.0, (i / 6) as f32 * 0.01)).collect()
+    }
+
+    #[test]
+    fn exact_welding_equals_the_quadratic_search() {
+        let points = points(300);
+        let naive: Vec<u32> =
+            points.iter().map(|p| points.iter().position(|q| p == q).unwrap_or(0) as u32).collect();
+        assert_eq!(weld_exact(&points), naive);
+    }
+
+    #[test]
+    fn welding_within_a_distance_equals_the_quadratic_search() {
+        let points = points(300);
+        for distance in [0.005, 0.011, 0.5, 1.2] {
+            let mut naive: Vec<u32> = Vec::new();
+            for (i, p) in points.iter().enumerate() {
+                let first = (0..i).find(|&j| {
+                    naive[j] == j as u32 && points[j].as_dvec3().distance(p.as_dvec3()) <= distance
+                });
+                naive.push(first.unwrap_or(i) as u32);
+            }
+            assert_eq!(weld_within(&points, distance), naive, "{distance}");
+        }
+    }
+
+    #[test]
+    fn repeated_and_degenerate_faces_are_counted() {
+        let mut tally = Tally::default();
+        let faces = [[0, 1, 2], [1, 2, 0], [2, 1, 0], [0, 0, 1], [3, 1, 2], [2, 0, 1], [0, 1, 2]];
+        assert_eq!(keep_faces(&faces, &[0, 1, 2, 3], &mut tally), [0, 2, 4]);
+        assert_eq!(tally.dropped.count(DropReason::Duplicate), 3);
+        assert_eq!(tally.dropped.count(DropReason::RepeatedIndex), 1);
+    }
+}

@@ -1,0 +1,51 @@
+//! The binary tree of clusters, before anything is measured on it.
+
+use glam::Vec3;
+
+/// An interior node: how many faces go left, and the plane of the whole cluster.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Split {
+    /// Faces of the left child; the rest of the node's faces belong to the right one.
+    pub left_faces: u32,
+    /// True above the roots of components: the node's faces are not connected, so it is never drawn.
+    pub joins_components: bool,
+    /// Mean square distance of the cluster from its plane, in square normal units ([Tsuji07] 4.1).
+    pub epsilon: f64,
+    /// Unit normal of the cluster's plane, on the side of the mean normal; zero if it has none.
+    pub normal: Vec3,
+}
+
+impl Split {
+    pub(super) const EMPTY: Split =
+        Split { left_faces: 0, joins_components: false, epsilon: 0.0, normal: Vec3::ZERO };
+}
+
+/// A binary tree over faces whose nodes stand in preorder.
+///
+/// A node of `m` faces heads a run of `m - 1` nodes: itself, then its left child's run, then its right child's.
+/// With `l` faces to the left, node `i` has its left child at `i + 1` (if `l > 1`) and its right child at `i + l`
+/// (if `m - l > 1`); a child of one face is that face.
+#[derive(Debug)]
+pub struct Hierarchy {
+    /// Interior nodes, one fewer than faces.
+    pub splits: Vec<Split>,
+    /// The mesh's face at each place of the tree's order.
+    pub order: Vec<u32>,
+}
+
+impl Hierarchy {
+    /// Length of the longest path from the root to a face, counted in edges.
+    pub fn depth(&self) -> u32 {
+        let mut deepest = 0;
+        let mut stack = vec![(0_usize, self.order.len(), 0_u32)];
+        while let Some((node, faces, depth)) = stack.pop() {
+            deepest = deepest.max(depth);
+            if faces > 1 {
+                let left = self.splits[node].left_faces as usize;
+                stack.push((node + 1, left, depth + 1));
+                stack.push((node + left, faces - left, depth + 1));
+            }
+        }
+        deepest
+    }
+}

@@ -1,0 +1,151 @@
+//! The walk from the root to the cut, and the mesh it leaves behind.
+
+use crate::batch::Batch;
+use crate::stitch::Stitcher;
+use crate::{Error, Selection};
+use fcgeom::{Cone, Containment, Sphere};
+use fct::{Child, ChildRef, NodeRecord, Subtree, Tree};
+
+/// Subtrees of at most this many triangles become one batch: small enough to be hidden as a whole, large enough that
+/// an occlusion query costs less than it can save.
+const BATCH_TRIANGLES: u32 = 256;
+
+/// A triangle mesh for one selection; reuse it to keep its memory.
+#[derive(Debug, Default)]
+pub struct Extraction {
+    /// Vertex indices into the tree's vertices, three a triangle, counter-clockwise.
+    pub indices: Vec<u32>,
+    /// The first triangle of each cluster drawn, in order.
+    pub clusters: Vec<u32>,
+    /// The triangles in runs, each from one subtree.
+    pub batches: Vec<Batch>,
+    /// What was visited, culled and drawn.
+    pub stats: Stats,
+    stack: Vec<Step>,
+    stitcher: Stitcher,
+}
+
+/// Counts of one extraction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// Interior nodes looked at.
+    pub nodes_visited: u64,
+    /// Subtrees left out because their spheres lie outside the frustum.
+    pub culled_frustum: u64,
+    /// Subtrees left out because all their faces turn their back on the eye.
+    pub culled_cone: u64,
+    /// Faces of the subtrees left out, by frustum and cone together.
+    pub faces_culled: u64,
+    /// Clusters of the cut that were drawn, single faces included.
+    pub clusters: u64,
+    /// Triangles drawn.
+    pub triangles: u64,
+    /// Triangles of clusters that do not fold over whose own normals point away from the cluster's.
+    pub folded: u64,
+    /// Largest distance bound of a cluster drawn, in the tree's unit.
+    pub bound: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Visit { subtree: Subtree, inside: bool },
+    /// The subtree's triangles and batches start here.
+    Close { node: u32, first_index: u32, first_batch: usize },
+}
+
+/// Extracts the mesh of `selection` from `tree` into `out`.
+///
+/// # Errors
+/// [`Error::Tree`] when the file is damaged where the walk comes by, [`Error::Selection`] when the selection is not
+/// finite. `out` then holds part of a mesh.
+pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Result<(), Error> {
+    selection.check()?;
+    out.indices.clear();
+    out.clusters.clear();
+    out.batches.clear();
+    out.stack.clear();
+    out.stats = Stats::default();
+    out.stack.push(Step::Visit { subtree: tree.whole(), inside: selection.frustum.is_none() });
+    while let Some(step) = out.stack.pop() {
+        match step {
+            Step::Visit { subtree, inside } => out.visit(tree, selection, subtree, inside)?,
+            Step::Close { node, first_index, first_batch } => out.close(tree, node, first_index, first_batch),
+        }
+    }
+    for batch in &mut out.batches {
+        batch.find_polygon(tree);
+    }
+    out.stats.triangles = out.indices.len() as u64 / 3;
+    Ok(())
+}
+
+impl Extraction {
+    fn visit(&mut self, tree: &Tree, selection: &Selection, subtree: Subtree, inside: bool) -> Result<(), Error> {
+        let first_index = u32::try_from(self.indices.len()).map_err(|_overflow| Error::TooManyTriangles)?;
+        let index = match subtree.child.kind() {
+            Child::Face(face) => {
+                self.begin_cluster(first_index);
+                self.indices.extend(tree.face(face)?);
+                self.batches.push(Batch::new(tree, subtree.child, first_index, 3));
+                return Ok(());
+            }
+            Child::Node(index) => index,
+        };
+        let node = tree.node(index)?;
+        self.stats.nodes_visited += 1;
+        let mut inside = inside;
+        if let Some(frustum) = selection.frustum.as_ref().filter(|_| !inside) {
+            match frustum.classify_sphere(&sphere_of(node)) {
+                Containment::Outside => {
+                    self.stats.culled_frustum += 1;
+                    self.stats.faces_culled += u64::from(subtree.face_count());
+                    return Ok(());
+                }
+                Containment::Inside => inside = true,
+                Containment::Crossing => {}
+            }
+        }
+        if let Some(eye) = selection.backface_eye {
+            let cone = Cone { axis: node.axis.map(|x| x.get()).into(), cos: node.cos.get() };
+            if cone.is_backfacing(&sphere_of(node), eye) {
+                self.stats.culled_cone += 1;
+                self.stats.faces_culled += u64::from(subtree.face_count());
+                return Ok(());
+            }
+        }
+        if selection.refines_node(node) {
+            let [left, right] = tree.children(index, subtree.face_end)?;
+            self.stack.push(Step::Close { node: index, first_index, first_batch: self.batches.len() });
+            self.stack.push(Step::Visit { subtree: right, inside });
+            self.stack.push(Step::Visit { subtree: left, inside });
+            return Ok(());
+        }
+        self.begin_cluster(first_index);
+        self.stats.bound = self.stats.bound.max(node.bound.get());
+        self.stats.folded += self.stitcher.draw(tree, selection, index, node, &mut self.indices)?;
+        let added = self.indices.len() as u64 - u64::from(first_index);
+        let count = u32::try_from(added).map_err(|_overflow| Error::TooManyTriangles)?;
+        if count > 0 {
+            self.batches.push(Batch::new(tree, subtree.child, first_index, count));
+        }
+        Ok(())
+    }
+
+    fn begin_cluster(&mut self, first_index: u32) {
+        self.stats.clusters += 1;
+        self.clusters.push(first_index / 3);
+    }
+
+    /// Joins the batches of a subtree that is still small.
+    fn close(&mut self, tree: &Tree, node: u32, first_index: u32, first_batch: usize) {
+        let count = self.indices.len() as u64 - u64::from(first_index);
+        if self.batches.len() > first_batch + 1 && count <= u64::from(3 * BATCH_TRIANGLES) {
+            self.batches.truncate(first_batch);
+            self.batches.push(Batch::new(tree, ChildRef::node(node), first_index, count as u32));
+        }
+    }
+}
+
+fn sphere_of(node: &NodeRecord) -> Sphere {
+    Sphere { center: node.center.map(|x| x.get()).into(), radius: node.radius.get() }
+}

@@ -1,0 +1,39 @@
+//! Chooses a cut of a face-cluster tree and stitches it into one crack-free triangle mesh.
+//!
+//! A *cut* (or front) is a set of nodes whose clusters cover the surface once. Each node of the cut is drawn as the
+//! polygon of its active boundary vertices. Whether a vertex is active follows from its own record and the selection
+//! alone, so two clusters that share a boundary see the same vertices on it and their polygons fit. Nothing looks at a
+//! neighbour or at the last frame: a jump of the viewpoint costs nothing extra.
+//!
+//! This crate knows no GPU and no window. It reads [`fct::Tree`] and fills index lists:
+//!
+//! ```no_run
+//! use fcextract::{Extraction, Order, Selection, Tolerance, extract};
+//!
+//! let tree = fct::Tree::open("dragon.fct".as_ref())?;
+//! let mut mesh = Extraction::default();
+//! extract(&tree, &Selection::uniform(0.5, Order::Bound), &mut mesh)?;
+//! for triangle in mesh.indices.chunks_exact(3) {
+//!     let corner = &tree.vertices()[triangle[0] as usize];
+//!     println!("{:?}", corner.position.map(|x| x.get()));
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Paper
+//! [Tsuji07] 5.1 and 5.2.
+
+mod batch;
+mod budget;
+mod error;
+mod extraction;
+mod selection;
+mod stitch;
+mod tolerance;
+
+pub use batch::Batch;
+pub use budget::{Budget, Fitted, fit};
+pub use error::Error;
+pub use extraction::{Extraction, Stats, extract};
+pub use selection::{Order, Selection};
+pub use tolerance::{Perspective, Tolerance};

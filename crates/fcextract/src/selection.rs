@@ -1,0 +1,84 @@
+//! What to extract.
+
+use crate::{Error, Perspective, Tolerance};
+use fcgeom::Frustum;
+use fct::{NodeRecord, VertexRecord};
+use glam::DVec3;
+
+/// Which of the two stored keys a tolerance is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// The distance bound: no point of the surface is farther from the mesh than the tolerance.
+    Bound,
+    /// The budget key, the root of the largest mean square distance: no guarantee, but a lower mean error for the
+    /// same number of triangles.
+    Budget,
+}
+
+/// A cut of the tree, described in the tree's own coordinates.
+#[derive(Clone, Debug)]
+pub struct Selection {
+    /// The error allowed.
+    pub tolerance: Tolerance,
+    /// The key it is held against.
+    pub order: Order,
+    /// Leaves out clusters whose spheres lie outside; never changes a pixel of the image.
+    pub frustum: Option<Frustum>,
+    /// Leaves out clusters all of whose faces turn their back on this eye; changes no pixel but those of folded
+    /// triangles.
+    pub backface_eye: Option<DVec3>,
+}
+
+impl Selection {
+    /// The input's faces, all of them.
+    pub fn full() -> Selection {
+        Selection { tolerance: Tolerance::Full, order: Order::Bound, frustum: None, backface_eye: None }
+    }
+
+    /// One tolerance everywhere, nothing culled.
+    pub fn uniform(distance: f64, order: Order) -> Selection {
+        Selection { tolerance: Tolerance::Uniform { distance }, order, ..Selection::full() }
+    }
+
+    /// A tolerance that grows with the distance from an eye, nothing culled.
+    pub fn perspective(view: Perspective, order: Order) -> Selection {
+        Selection { tolerance: Tolerance::Perspective(view), order, ..Selection::full() }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let usable = match self.tolerance {
+            Tolerance::Full => true,
+            Tolerance::Uniform { distance } => distance >= 0.0,
+            Tolerance::Perspective(p) => {
+                p.eye.is_finite() && p.axis.is_finite() && p.slope >= 0.0 && (-1.0..=1.0).contains(&p.corner_cos)
+            }
+        };
+        if !usable {
+            return Err(Error::Selection("its tolerance is negative or not a number"));
+        }
+        if self.backface_eye.is_some_and(|e| !e.is_finite()) {
+            return Err(Error::Selection("its eye is not a number"));
+        }
+        Ok(())
+    }
+
+    #[inline]
+    pub(crate) fn refines_node(&self, node: &NodeRecord) -> bool {
+        let key = match self.order {
+            Order::Bound => node.bound.get(),
+            Order::Budget => node.budget.get(),
+        };
+        let center = DVec3::from_array(node.center.map(|x| f64::from(x.get())));
+        self.tolerance.refines(key, center, f64::from(node.radius.get()))
+    }
+
+    #[inline]
+    pub(crate) fn activates(&self, vertex: &VertexRecord) -> bool {
+        let key = match self.order {
+            Order::Bound => vertex.bound.get(),
+            Order::Budget => vertex.budget.get(),
+        };
+        let center = DVec3::from_array(vertex.center.map(|x| f64::from(x.get())));
+        self.tolerance.refines(key, center, f64::from(vertex.radius.get()))
+    }
+}

@@ -1,0 +1,120 @@
+//! From a node of the cut to triangles.
+//!
+//! The node's boundary loops are thinned to their active vertices and what remains is triangulated in the cluster's
+//! plane. Whatever the triangulation, its border is exactly those loops: that is what makes the mesh closed. So a
+//! loop of fewer than three vertices may be left out (its two edges cancel), holes are bridged to the outline by an
+//! edge used in both directions, and triangles that come to nothing are dropped.
+
+mod bridge;
+mod triangulate;
+
+use crate::{Error, Selection};
+use fct::{NodeRecord, Tree, VertexRecord};
+use glam::{DVec2, DVec3};
+use triangulate::Triangulator;
+
+/// Draws nodes; keeps its memory from one to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Stitcher {
+    outline: Outline,
+    triangulator: Triangulator,
+}
+
+/// A polygon as vertex indices and their places in the cluster's plane.
+#[derive(Debug, Default)]
+pub(crate) struct Outline {
+    vertices: Vec<u32>,
+    points: Vec<DVec2>,
+    /// Where each loop ends; after bridging there is one.
+    loop_ends: Vec<usize>,
+}
+
+impl Stitcher {
+    /// Appends the triangles of a node of the cut; returns how many of them fold over.
+    pub(crate) fn draw(
+        &mut self,
+        tree: &Tree,
+        selection: &Selection,
+        index: u32,
+        node: &NodeRecord,
+        out: &mut Vec<u32>,
+    ) -> Result<u64, Error> {
+        let records = tree.vertices();
+        let outline = &mut self.outline;
+        outline.vertices.clear();
+        outline.loop_ends.clear();
+        for boundary in tree.loops_of(index)? {
+            let start = outline.vertices.len();
+            for vertex in boundary.vertices() {
+                if records.get(vertex as usize).is_some_and(|r| selection.activates(r)) {
+                    outline.vertices.push(vertex);
+                }
+            }
+            if outline.vertices.len() < start + 3 {
+                outline.vertices.truncate(start);
+            } else {
+                outline.loop_ends.push(outline.vertices.len());
+            }
+        }
+        if outline.vertices.is_empty() {
+            return Ok(0);
+        }
+        let first = out.len();
+        if let [a, b, c] = outline.vertices[..] {
+            out.extend([a, b, c]);
+        } else {
+            self.fill(records, node, out);
+        }
+        Ok(count_folded(records, node, &out[first..]))
+    }
+
+    /// Triangulates a polygon of more than three vertices, or with holes.
+    fn fill(&mut self, records: &[VertexRecord], node: &NodeRecord, out: &mut Vec<u32>) {
+        let outline = &mut self.outline;
+        let position = |v: u32| position(records, v);
+        // All faces of a cluster that does not fold over face its cone's axis; else the polygon's own area decides.
+        let axis = DVec3::from_array(node.axis.map(|x| f64::from(x.get())));
+        let normal = if node.cos.get() > 0.0 { axis } else { area_vector(outline, position).try_normalize().unwrap_or(axis) };
+        let (x, y) = fcgeom::tangent_frame(normal);
+        let origin = position(outline.vertices[0]);
+        outline.points.clear();
+        outline.points.extend(outline.vertices.iter().map(|&v| {
+            let p = position(v) - origin;
+            DVec2::new(p.dot(x), p.dot(y))
+        }));
+        bridge::join_loops(outline);
+        self.triangulator.run(&outline.vertices, &outline.points, out);
+    }
+}
+
+fn position(records: &[VertexRecord], vertex: u32) -> DVec3 {
+    records.get(vertex as usize).map_or(DVec3::ZERO, |r| DVec3::from_array(r.position.map(|x| f64::from(x.get()))))
+}
+
+/// Triangles that turn their back on the axis of a cluster of which no face does.
+fn count_folded(records: &[VertexRecord], node: &NodeRecord, triangles: &[u32]) -> u64 {
+    if node.cos.get() <= 0.0 {
+        return 0;
+    }
+    let axis = DVec3::from_array(node.axis.map(|x| f64::from(x.get())));
+    let folds = |t: &&[u32]| {
+        let [a, b, c] = [0, 1, 2].map(|k| position(records, t[k]));
+        (b - a).cross(c - a).dot(axis) < 0.0
+    };
+    triangles.chunks_exact(3).filter(folds).count() as u64
+}
+
+/// Twice the vector area of all loops together.
+fn area_vector(outline: &Outline, position: impl Fn(u32) -> DVec3) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    let mut start = 0;
+    for &end in &outline.loop_ends {
+        let ring = &outline.vertices[start..end];
+        let origin = position(ring[0]);
+        for pair in ring.windows(2) {
+            sum += (position(pair[0]) - origin).cross(position(pair[1]) - origin);
+        }
+        start = end;
+    }
+    sum
+}

@@ -1,0 +1,182 @@
+//! Triangles of one polygon in the plane.
+//!
+//! A fan if one of them has all its triangles the right way round, else ears. A polygon that overlaps itself has no
+//! valid triangulation; then the best of bad ears is cut, so that the border still comes out right.
+
+use glam::DVec2;
+
+/// Triangulates polygons; keeps its memory from one to the next.
+#[derive(Debug, Default)]
+pub(super) struct Triangulator {
+    next: Vec<usize>,
+    prev: Vec<usize>,
+}
+
+/// Up to so many corners every fan is tried; more corners have a valid fan too seldom to look for it.
+const FAN_UP_TO: usize = 16;
+
+impl Triangulator {
+    /// Appends the triangles of a counter-clockwise polygon, as vertex indices.
+    ///
+    /// A vertex may occur more than once, where a hole was joined; triangles with a vertex twice are left out.
+    pub(super) fn run(&mut self, vertices: &[u32], points: &[DVec2], out: &mut Vec<u32>) {
+        let n = vertices.len();
+        if n <= FAN_UP_TO
+            && let Some(apex) = best_fan(points)
+        {
+            for i in 1..n - 1 {
+                push(out, [apex, (apex + i) % n, (apex + i + 1) % n].map(|k| vertices[k]));
+            }
+        } else {
+            self.cut_ears(vertices, points, out);
+        }
+    }
+
+    fn cut_ears(&mut self, vertices: &[u32], points: &[DVec2], out: &mut Vec<u32>) {
+        let n = vertices.len();
+        self.next.clear();
+        self.next.extend((0..n).map(|i| (i + 1) % n));
+        self.prev.clear();
+        self.prev.extend((0..n).map(|i| (i + n - 1) % n));
+        let mut at = 0;
+        for left in (3..=n).rev() {
+            at = self.find_ear(points, at, left);
+            let (a, c) = (self.prev[at], self.next[at]);
+            push(out, [a, at, c].map(|k| vertices[k]));
+            self.next[a] = c;
+            self.prev[c] = a;
+            // Going on two corners further spreads the ears around the polygon.
+            at = self.next[c];
+        }
+    }
+
+    /// The first good ear from `from` on, else the least bad one.
+    fn find_ear(&self, points: &[DVec2], from: usize, left: usize) -> usize {
+        let mut best = (f64::NEG_INFINITY, from);
+        let mut corner = from;
+        for _ in 0..left {
+            let (a, c) = (self.prev[corner], self.next[corner]);
+            let quality = shape(points[a], points[corner], points[c]);
+            if quality > best.0 && (quality <= 0.0 || left == 3 || self.is_empty(points, a, corner, c)) {
+                best = (quality, corner);
+                if quality > GOOD_EAR {
+                    break;
+                }
+            }
+            corner = self.next[corner];
+        }
+        best.1
+    }
+
+    /// Whether no other corner of the polygon lies in the triangle.
+    fn is_empty(&self, points: &[DVec2], a: usize, b: usize, c: usize) -> bool {
+        let (pa, pb, pc) = (points[a], points[b], points[c]);
+        let mut k = self.next[c];
+        while k != a {
+            let p = points[k];
+            let inside = (pb - pa).perp_dot(p - pa) >= 0.0
+                && (pc - pb).perp_dot(p - pb) >= 0.0
+                && (pa - pc).perp_dot(p - pc) >= 0.0;
+            // The other copy of a bridge's end touches the triangle without being in it.
+            if inside && p != pa && p != pb && p != pc {
+                return false;
+            }
+            k = self.next[k];
+        }
+        true
+    }
+}
+
+/// An ear of this shape is taken without looking for a better one (an equilateral triangle has 1).
+const GOOD_EAR: f64 = 0.5;
+
+/// The corner whose fan has the best worst triangle; none if every fan has one that is flat or turned over.
+fn best_fan(points: &[DVec2]) -> Option<usize> {
+    let n = points.len();
+    let worst = |apex: usize| {
+        (1..n - 1)
+            .map(|i| shape(points[apex], points[(apex + i) % n], points[(apex + i + 1) % n]))
+            .fold(f64::INFINITY, f64::min)
+    };
+    let (quality, apex) =
+        (0..n).map(|apex| (worst(apex), apex)).reduce(|best, x| if x.0 > best.0 { x } else { best })?;
+    (quality > 1e-6).then_some(apex)
+}
+
+/// Area over squared edge lengths: 1 for an equilateral triangle, 0 for a flat one, negative if turned over.
+fn shape(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    let (ab, bc, ca) = (b - a, c - b, a - c);
+    let edges = ab.length_squared() + bc.length_squared() + ca.length_squared();
+    // 2 sqrt(3) makes it 1 for equal edges.
+    if edges > 0.0 { ab.perp_dot(bc) * 3.464_101_615_137_754_6 / edges } else { 0.0 }
+}
+
+fn push(out: &mut Vec<u32>, triangle: [u32; 3]) {
+    let [a, b, c] = triangle;
+    if a != b && b != c && c != a {
+        out.extend(triangle);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    fn run(points: &[DVec2]) -> Vec<u32> {
+        let mut out = Vec::new();
+        let vertices: Vec<u32> = (0..points.len() as u32).collect();
+        Triangulator::default().run(&vertices, points, &mut out);
+        out
+    }
+
+    fn border(triangles: &[u32]) -> Vec<(u32, u32)> {
+        let mut net = BTreeMap::new();
+        for t in triangles.chunks(3) {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                *net.entry((a, b)).or_insert(0) += 1;
+                *net.entry((b, a)).or_insert(0) -= 1;
+            }
+        }
+        net.into_iter().filter(|(_, n)| *n > 0).map(|(e, _)| e).collect()
+    }
+
+    fn area(points: &[DVec2], triangles: &[u32]) -> (f64, f64) {
+        let double = |t: &[u32]| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|k| points[k as usize]);
+            (b - a).perp_dot(c - a)
+        };
+        let signed = triangles.chunks(3).map(double).sum();
+        (signed, triangles.chunks(3).map(|t| double(t).abs()).sum())
+    }
+
+    #[test]
+    fn simple_polygons_are_covered_once_and_garbage_keeps_its_border() {
+        let mut state = 5_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / (1 << 24) as f64
+        };
+        for round in 0..400 {
+            let n = 3 + round % 40;
+            let star: Vec<DVec2> = (0..n)
+                .map(|i| {
+                    let angle = std::f64::consts::TAU * (i as f64 + 0.5 * random()) / n as f64;
+                    DVec2::new(angle.cos(), angle.sin()) * (0.3 + random())
+                })
+                .collect();
+            let ring: Vec<(u32, u32)> = (0..n as u32).map(|i| (i, (i + 1) % n as u32)).collect();
+            let sorted = |mut edges: Vec<(u32, u32)>| {
+                edges.sort_unstable();
+                edges
+            };
+            let triangles = run(&star);
+            let (signed, absolute) = area(&star, &triangles);
+            assert_eq!(triangles.len(), 3 * (n - 2));
+            assert_eq!(border(&triangles), sorted(ring.clone()));
+            assert!(absolute - signed < 1e-9 * absolute, "{n} corners overlap: {signed} of {absolute}");
+            let garbage: Vec<DVec2> = (0..n).map(|_| DVec2::new(random(), random())).collect();
+            assert_eq!(border(&run(&garbage)), sorted(ring));
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! How much error is allowed where.
+
+use glam::DVec3;
+
+/// The error that a selection allows, by place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// None at all: every node is refined and the input's faces come out.
+    Full,
+    /// The same distance everywhere, in the tree's unit.
+    Uniform {
+        /// Not negative; infinite asks for the coarsest mesh.
+        distance: f64,
+    },
+    /// As seen from a point.
+    Perspective(Perspective),
+}
+
+/// A tolerance that grows with the distance from an eye.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Perspective {
+    /// The eye, in the tree's coordinates.
+    pub eye: DVec3,
+    /// Unit direction of the view; zero for all directions alike, which takes a point to be in the image centre.
+    pub axis: DVec3,
+    /// Allowed error per unit of distance from the eye. For an error of `p` pixels in an image `h` pixels high with
+    /// a vertical field of view `f`, that is `p * 2 tan(f / 2) / h`.
+    pub slope: f64,
+    /// Cosine of the angle between the axis and the corner of the image. Perspective magnifies what is off the axis,
+    /// by 1 / cos^2 of the angle; beyond the corner nothing is seen and the factor stays.
+    pub corner_cos: f64,
+}
+
+impl Tolerance {
+    /// Whether something with this key and bounding sphere must be refined: the key may be over the tolerance
+    /// somewhere in the sphere.
+    ///
+    /// Nodes and vertices pass the same test. It is monotone: what has a smaller key and a sphere inside is refined
+    /// only if this is. In doubt (NaN) it refines.
+    #[inline]
+    pub fn refines(&self, key: f32, center: DVec3, radius: f64) -> bool {
+        let key = f64::from(key);
+        let allowed = match self {
+            Tolerance::Full => return true,
+            // Nodes that must never be drawn have an infinite key: no tolerance reaches it.
+            Tolerance::Uniform { distance } => distance.min(f64::MAX),
+            Tolerance::Perspective(p) => p.at(center, radius).min(f64::MAX),
+        };
+        key > allowed || key.is_nan() || allowed.is_nan()
+    }
+}
+
+impl Perspective {
+    /// The least error allowed in a sphere, the growth of perspective off the axis counted; zero around the eye.
+    pub fn at(&self, center: DVec3, radius: f64) -> f64 {
+        let to_center = center - self.eye;
+        let distance = to_center.length();
+        let nearest = distance - radius;
+        if nearest <= 0.0 {
+            return 0.0;
+        }
+        if self.axis == DVec3::ZERO {
+            return self.slope * nearest;
+        }
+        // The cosine of the largest angle off the axis in the sphere: cos(angle to the centre + asin(r / d)).
+        let cos = (to_center.dot(self.axis) / distance).clamp(-1.0, 1.0);
+        let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
+        let sin_sphere = radius / distance;
+        let cos_sphere = ((1.0 - sin_sphere) * (1.0 + sin_sphere)).sqrt();
+        let cos_farthest = (cos * cos_sphere - sin * sin_sphere).max(self.corner_cos);
+        self.slope * nearest * cos_farthest * cos_farthest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn random(state: &mut u64) -> f64 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        (*state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// No displacement as long as the tolerance, anywhere in the sphere and in any direction, moves a point on
+    /// screen by more than the pixels asked for.
+    #[test]
+    fn a_tolerated_displacement_stays_within_the_pixels() {
+        let (mut state, half_fov_tan, height, pixels) = (9, 0.577_350_269, 720.0, 1.5);
+        let axis = DVec3::Z;
+        let corner = 16.0 / 9.0 * half_fov_tan;
+        let corner_cos = 1.0 / (1.0_f64 + corner * corner + half_fov_tan * half_fov_tan).sqrt();
+        let view = Perspective { eye: DVec3::ZERO, axis, slope: pixels * 2.0 * half_fov_tan / height, corner_cos };
+        let project = |p: DVec3| p.truncate() / p.z * height / (2.0 * half_fov_tan);
+        let mut signed = || random(&mut state) * 2.0 - 1.0;
+        let mut tightest = 0.0_f64;
+        for _ in 0..20_000 {
+            let center = DVec3::new(signed() * corner, signed() * half_fov_tan, 1.0) * (3.0 + signed());
+            let radius = 0.3 * signed().abs();
+            let inside = |v: DVec3| v.x.abs() <= corner * v.z && v.y.abs() <= half_fov_tan * v.z;
+            let p = center + DVec3::new(signed(), signed(), signed()).normalize_or_zero() * radius;
+            let step = DVec3::new(signed(), signed(), signed()).normalize_or_zero() * view.at(center, radius);
+            if inside(p) {
+                let moved = (project(p + step) - project(p)).length();
+                assert!(moved <= pixels * 1.01, "{moved} pixels at {p}");
+                tightest = tightest.max(moved / pixels);
+            }
+        }
+        assert!(tightest > 0.9, "the tolerance wastes {tightest}");
+    }
+
+    #[test]
+    fn nested_spheres_are_refined_inside_out() {
+        let mut state = 3;
+        let mut signed = || random(&mut state) * 2.0 - 1.0;
+        let view = Perspective { eye: DVec3::new(0.1, -2.0, 0.4), axis: DVec3::Y, slope: 0.01, corner_cos: 0.6 };
+        for _ in 0..50_000 {
+            let (outer, r) = (DVec3::new(signed(), signed(), signed()) * 3.0, signed().abs());
+            let inner_r = r * signed().abs();
+            let inner = outer + DVec3::new(signed(), signed(), signed()).normalize_or_zero() * (r - inner_r) * signed();
+            assert!(view.at(inner, inner_r) * (1.0 + 1e-9) >= view.at(outer, r));
+        }
+    }
+}

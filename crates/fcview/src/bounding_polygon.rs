@@ -1,0 +1,332 @@
+//! Polygons that cover a cluster on screen and lie in front of it, for occlusion queries.
+//!
+//! # Paper
+//! [Tsuji07, 5.3 and fig. 8]: "the polygons enclosing clusters in the image by establishing and expanding the
+//! depth value in front of the cluster".
+//!
+//! # Deviations
+//! The expansion is computed per edge from the eye: the polygon lies in the plane of the prism's near face and
+//! is the shadow of the prism on that plane as seen from the eye, or a little more. No point of the cluster is
+//! nearer than it or beside it, whatever the view, so a hidden polygon proves a hidden cluster.
+
+use glam::{DVec3, DVec4};
+
+/// Cosine of 45 degrees.
+const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// The cosines and sines of k times 45 degrees.
+const DIRECTIONS: [[f64; 2]; 8] = [
+    [1.0, 0.0],
+    [DIAGONAL, DIAGONAL],
+    [0.0, 1.0],
+    [-DIAGONAL, DIAGONAL],
+    [-1.0, 0.0],
+    [-DIAGONAL, -DIAGONAL],
+    [0.0, -1.0],
+    [DIAGONAL, -DIAGONAL],
+];
+
+/// How far polygons are grown and lifted toward the eye, in pixels at their farthest corner.
+///
+/// Rasterisers snap corners to 1/256 pixel, so a fraction of a pixel is safe; more only hides less.
+const MARGIN_PIXELS: f64 = 0.25;
+
+/// The same, relative to the cluster's size, for rounding in the stored records.
+const MARGIN_SIZE: f64 = 1e-4;
+
+/// The flattest angle (its sine) at which a polygon may be looked at. Below it a margin of a fraction of a pixel
+/// on screen means a huge one in the plane, so such clusters count as visible.
+const FLATTEST: f64 = 0.02;
+
+/// A prism around a cluster: the points `origin + x t + y b + z n` with `low <= z <= high` and
+/// `x cos(k 45 deg) + y sin(k 45 deg) <= support[k]`, where t is the tangent, n the normal and b = n x t.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prism {
+    /// Origin of the frame.
+    pub origin: DVec3,
+    /// Unit normal.
+    pub normal: DVec3,
+    /// Unit vector at right angles to the normal.
+    pub tangent: DVec3,
+    /// Least height.
+    pub low: f64,
+    /// Greatest height.
+    pub high: f64,
+    /// Support in eight directions.
+    pub support: [f64; 8],
+}
+
+impl From<&fct::BoundingPolygonRecord> for Prism {
+    fn from(record: &fct::BoundingPolygonRecord) -> Prism {
+        let vector = |v| DVec3::from_array(fct::unpack(v).map(f64::from));
+        Prism {
+            origin: vector(record.origin),
+            normal: vector(record.normal),
+            tangent: vector(record.tangent),
+            low: f64::from(record.low.get()),
+            high: f64::from(record.high.get()),
+            support: record.support.map(|s| f64::from(s.get())),
+        }
+    }
+}
+
+impl Prism {
+    /// The polygon for an eye, both in the prism's coordinates; `pixel` is the width of a pixel at distance 1.
+    ///
+    /// `None` if there is none that is safe: the eye stands between the planes of the faces, or looks along them,
+    /// or a number is not finite. The cluster then counts as visible.
+    pub fn polygon(&self, eye: DVec3, pixel: f64) -> Option<[DVec3; 8]> {
+        let bitangent = self.normal.cross(self.tangent);
+        let offset = eye - self.origin;
+        let (ex, ey) = (offset.dot(self.tangent), offset.dot(bitangent));
+        let height = offset.dot(self.normal);
+        // Seen from behind, the same in a mirror: heights change sign.
+        let (side, eye_height, near_face, far_face) = if height > self.high {
+            (1.0, height, self.high, self.low)
+        } else if height < self.low {
+            (-1.0, -height, -self.low, -self.high)
+        } else {
+            return None;
+        };
+        let breadth = self.support.iter().fold(0.0, |sum: f64, s| sum + s.abs());
+        let size = breadth + (self.high - self.low);
+        let farthest = offset.length() + size;
+        let margin = MARGIN_SIZE * size + MARGIN_PIXELS * pixel * farthest;
+
+        // The polygon's plane; a point at height h is seen through it at the fraction (eye - plane) / (eye - h) of
+        // its way, which runs from `least` at the far face to almost 1 at the near face.
+        let plane = near_face + margin;
+        if !(eye_height > plane + margin) {
+            return None;
+        }
+        let least = (eye_height - plane) / (eye_height - far_face);
+        let expand = |slack: f64| {
+            let mut support = [0.0; 8];
+            for ((out, stored), [c, s]) in support.iter_mut().zip(self.support).zip(DIRECTIONS) {
+                let below_eye = ex * c + ey * s;
+                *out = stored.max(below_eye + (stored - below_eye) * least) + slack;
+            }
+            corners(&support)
+        };
+        let place = |corners: [[f64; 2]; 8]| {
+            corners.map(|[x, y]| {
+                self.origin + x * self.tangent + y * bitangent + (side * plane) * self.normal
+            })
+        };
+        // A slack in the plane shrinks on screen by the sine of the angle at which the plane is seen.
+        let flattest = |polygon: &[DVec3; 8]| {
+            polygon.iter().fold(1.0_f64, |least, p| least.min((eye_height - plane) / p.distance(eye)))
+        };
+        let tight = place(expand(margin));
+        let sine = flattest(&tight);
+        if !(sine > 2.0 * FLATTEST) {
+            return None;
+        }
+        let reach = tight.iter().fold(farthest, |reach, p| reach.max(p.distance(eye)));
+        let polygon = place(expand(margin + MARGIN_PIXELS * pixel * reach / sine));
+        let safe = flattest(&polygon) > FLATTEST && polygon.iter().all(|p| p.is_finite());
+        safe.then_some(polygon)
+    }
+}
+
+/// The corners of the octagon with the given supports: where neighbouring edges meet.
+fn corners(support: &[f64; 8]) -> [[f64; 2]; 8] {
+    let mut corners = [[0.0; 2]; 8];
+    let next = support.iter().zip(DIRECTIONS).cycle().skip(1);
+    for (((corner, a), [ca, sa]), (b, [cb, sb])) in corners.iter_mut().zip(support).zip(DIRECTIONS).zip(next)
+    {
+        // The edges' directions differ by 45 degrees, so the determinant is the sine of that.
+        *corner = [(a * sb - b * sa) / DIAGONAL, (b * ca - a * cb) / DIAGONAL];
+    }
+    corners
+}
+
+/// A square that covers a sphere as seen from the eye and lies in front of it, or `None` if the eye is inside or
+/// so near that the square would be seen flat.
+pub fn sphere_polygon(center: DVec3, radius: f64, eye: DVec3, pixel: f64) -> Option<[DVec3; 4]> {
+    let offset = center - eye;
+    let distance = offset.length();
+    let margin = MARGIN_SIZE * radius + MARGIN_PIXELS * pixel * (distance + radius);
+    let radius = radius + margin;
+    let toward = offset.try_normalize()?;
+    // The tangent plane at the nearest point, which separates the sphere from the eye.
+    let plane = distance - radius;
+    if !(plane > FLATTEST * distance) {
+        return None;
+    }
+    let half = plane * radius / (distance * distance - radius * radius).sqrt() + margin;
+    let (across, along) = fcgeom::tangent_frame(toward);
+    let middle = eye + plane * toward;
+    let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[x, y]| middle + half * (x * across + y * along));
+    square.iter().all(|p| p.is_finite()).then_some(square)
+}
+
+/// Corners relative to the eye taken to clip space, a hair nearer than they are, or `None` if one is at or behind
+/// the near plane or so far beside the picture that rasterising it would be inexact.
+pub fn to_clip<const N: usize>(
+    corners: &[DVec3; N],
+    view: &crate::camera::View,
+) -> Option<[[f32; 4]; N]> {
+    /// Beyond this many half pictures from the middle; larger only means more queries.
+    const FAR_OUT: f64 = 16.0;
+    /// Relative shift of depths toward the eye: many times the rounding of 32-bit depths, and far below what a
+    /// pixel's step means on any surface.
+    const NEARER: f64 = 1.0 + 4e-6;
+
+    let mut clip = [[0.0; 4]; N];
+    for (out, corner) in clip.iter_mut().zip(corners) {
+        let p: DVec4 = view.clip_from_eye * corner.extend(1.0);
+        let ahead = p.w > view.near * (1.0 + 1e-4);
+        if !(ahead && p.x.abs() < FAR_OUT * p.w && p.y.abs() < FAR_OUT * p.w) {
+            return None;
+        }
+        *out = [p.x as f32, p.y as f32, (p.z * NEARER) as f32, p.w as f32];
+    }
+    Some(clip)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// Whether the ray from the eye through `point` meets the convex polygon before or at the point.
+    fn covers(polygon: &[DVec3], eye: DVec3, point: DVec3) -> bool {
+        let ray = point - eye;
+        let mut sign = 0.0_f64;
+        for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
+            let side = (a - eye).cross(b - eye).dot(ray);
+            if side * sign < 0.0 {
+                return false;
+            }
+            if side != 0.0 {
+                sign = side;
+            }
+        }
+        let normal = (polygon[1] - polygon[0]).cross(polygon[2] - polygon[0]);
+        let along = normal.dot(polygon[0] - eye) / normal.dot(ray);
+        along > 0.0 && along <= 1.0
+    }
+
+    fn random_prism(random: &mut Random) -> (Prism, Vec<DVec3>) {
+        let normal = random.direction();
+        let tangent = fcgeom::tangent_frame(normal).0;
+        let bitangent = normal.cross(tangent);
+        let origin = 10.0 * random.direction();
+        let flat = random.unit() * random.unit();
+        let points: Vec<DVec3> = (0..12)
+            .map(|_| {
+                let [x, y, z] = [(); 3].map(|()| 2.0 * random.unit() - 1.0);
+                origin + x * tangent + 0.6 * y * bitangent + flat * z * normal
+            })
+            .collect();
+        let mut prism = Prism {
+            origin,
+            normal,
+            tangent,
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+            support: [f64::NEG_INFINITY; 8],
+        };
+        for p in &points {
+            let (x, y) = ((p - origin).dot(tangent), (p - origin).dot(bitangent));
+            prism.low = prism.low.min((p - origin).dot(normal));
+            prism.high = prism.high.max((p - origin).dot(normal));
+            for (support, [c, s]) in prism.support.iter_mut().zip(DIRECTIONS) {
+                *support = support.max(x * c + y * s);
+            }
+        }
+        (prism, points)
+    }
+
+    #[test]
+    fn the_polygon_covers_and_precedes_the_cluster_and_its_hull() {
+        let mut random = Random::new(7);
+        let (mut polygons, mut points_seen) = (0, 0);
+        for _ in 0..4000 {
+            let (prism, points) = random_prism(&mut random);
+            let distance = 0.2 + 30.0 * random.unit() * random.unit();
+            let eye = prism.origin + distance * random.direction();
+            let Some(polygon) = prism.polygon(eye, 1e-3) else { continue };
+            polygons += 1;
+            for (a, b) in points.iter().zip(points.iter().cycle().skip(5)) {
+                let p = a.lerp(*b, random.unit());
+                points_seen += 1;
+                assert!(covers(&polygon, eye, *a), "{prism:?} eye {eye} corner {a}");
+                assert!(covers(&polygon, eye, p), "{prism:?} eye {eye} point {p}");
+            }
+        }
+        assert!(polygons > 2000 && points_seen > 20_000, "{polygons} polygons");
+    }
+
+    #[test]
+    fn the_polygon_is_not_much_larger_than_the_cluster_seen_from_above() {
+        let mut random = Random::new(8);
+        for _ in 0..200 {
+            let (prism, _) = random_prism(&mut random);
+            let eye = prism.origin + (prism.high + 1e4) * prism.normal;
+            let polygon = prism.polygon(eye, 1e-9).unwrap();
+            let area = |corners: &[DVec3]| {
+                let twice: DVec3 = corners
+                    .iter()
+                    .zip(corners.iter().cycle().skip(1))
+                    .map(|(a, b)| (a - prism.origin).cross(b - prism.origin))
+                    .sum();
+                0.5 * twice.length()
+            };
+            let bitangent = prism.normal.cross(prism.tangent);
+            let exact = corners(&prism.support).map(|[x, y]| prism.origin + x * prism.tangent + y * bitangent);
+            assert!(area(&polygon) < 1.01 * area(&exact));
+        }
+    }
+
+    #[test]
+    fn an_eye_between_the_faces_or_beside_them_has_no_polygon() {
+        let mut random = Random::new(9);
+        let (mut prism, _) = random_prism(&mut random);
+        prism.low = -0.1;
+        prism.high = 0.1;
+        assert_eq!(prism.polygon(prism.origin, 1e-3), None);
+        assert_eq!(prism.polygon(prism.origin + 50.0 * prism.tangent, 1e-3), None);
+        let grazing = prism.origin + 50.0 * prism.tangent + 0.12 * prism.normal;
+        assert_eq!(prism.polygon(grazing, 1e-3), None);
+        assert_eq!(prism.polygon(DVec3::NAN, 1e-3), None);
+        prism.support[3] = f64::NAN;
+        assert_eq!(prism.polygon(prism.origin + 50.0 * prism.normal, 1e-3), None);
+    }
+
+    #[test]
+    fn the_square_covers_and_precedes_the_sphere() {
+        let mut random = Random::new(10);
+        let mut squares = 0;
+        for _ in 0..2000 {
+            let center = 3.0 * random.direction();
+            let radius = 0.01 + random.unit();
+            let eye = center + (radius * (1.0 + 8.0 * random.unit())) * random.direction();
+            let Some(square) = sphere_polygon(center, radius, eye, 1e-3) else { continue };
+            squares += 1;
+            for _ in 0..20 {
+                let p = center + radius * random.direction();
+                assert!(covers(&square, eye, p), "center {center} radius {radius} eye {eye} point {p}");
+            }
+        }
+        assert!(squares > 1500, "{squares} squares");
+        assert_eq!(sphere_polygon(DVec3::ZERO, 1.0, DVec3::X * 0.5, 1e-3), None);
+        assert_eq!(sphere_polygon(DVec3::ZERO, f64::NAN, DVec3::X * 5.0, 1e-3), None);
+    }
+
+    #[test]
+    fn corners_behind_the_near_plane_or_far_beside_the_picture_are_refused() {
+        let camera =
+            crate::camera::Camera { eye: DVec3::ZERO, forward: -DVec3::Z, up: DVec3::Y, fov: 1.0 };
+        let view = camera.view([100, 100], 0.5).unwrap();
+        let ahead = DVec3::new(0.0, 0.0, -2.0);
+        let clip = to_clip(&[ahead], &view).unwrap();
+        assert!(f64::from(clip[0][2] / clip[0][3]) > 0.25 && f64::from(clip[0][2] / clip[0][3]) < 0.2501);
+        assert_eq!(to_clip(&[ahead, DVec3::new(0.0, 0.0, -0.5)], &view), None);
+        assert_eq!(to_clip(&[ahead, DVec3::new(0.0, 0.0, 3.0)], &view), None);
+        assert_eq!(to_clip(&[ahead, DVec3::new(900.0, 0.0, -2.0)], &view), None);
+        assert_eq!(to_clip(&[DVec3::NAN], &view), None);
+    }
+}

@@ -1,0 +1,239 @@
+//! The command line: flags typed by clap, then what they mean.
+
+use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
+use crate::scene::MAX_INSTANCES;
+use clap::{Parser, ValueEnum};
+use std::path::PathBuf;
+
+/// What `--help` shows below the flags.
+const EXAMPLES: &str = "\
+Examples:
+  Look around; drag to turn, wheel to zoom, F to fit:
+    fcview dragon.fct
+  A hundred copies, errors of up to two pixels:
+    fcview bunny.fct --instances 100 --pixels 2
+  A picture, no display needed:
+    fcview dragon.fct --headless --screenshot out.png
+  Measure a flight through twenty copies:
+    fcview dragon.fct --headless --instances 20 --camera fly --frames 60 --stats stats.json
+
+WGPU_BACKEND (vulkan, gl, metal, dx12) and WGPU_ADAPTER_NAME choose the graphics adapter.
+Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 6 no GPU or display, 7 invalid .fct.";
+
+/// Draws .fct files: level of detail by an error in pixels, culling of what does not show.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "fcview", version, about, after_help = EXAMPLES, max_term_width = 100)]
+pub struct Cli {
+    /// Files to draw, made by fcbuild
+    #[arg(required = true, value_name = "FILE.fct")]
+    pub files: Vec<PathBuf>,
+    /// Copies of the models, in turn, placed and turned at random [default: one of each file]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(MAX_INSTANCES)))]
+    pub instances: Option<u32>,
+    /// Seed of the random places
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// Errors of up to this many pixels on screen
+    #[arg(long, value_name = "P", default_value_t = 1.0, value_parser = positive, conflicts_with = "no_lod")]
+    pub pixels: f64,
+    /// Draw every face of the input
+    #[arg(long)]
+    pub no_lod: bool,
+    /// Do not leave out what lies outside the view
+    #[arg(long)]
+    pub no_frustum: bool,
+    /// Do not leave out clusters that face away as a whole
+    #[arg(long)]
+    pub no_backface: bool,
+    /// Draw back faces too; switches the test of --no-backface off as well
+    #[arg(long)]
+    pub two_sided: bool,
+    /// Leave out what other parts hide, without changing a pixel
+    #[arg(long, value_enum, value_name = "exact|off", default_value_t = OcclusionFlag::Exact, hide_possible_values = true)]
+    pub occlusion: OcclusionFlag,
+    /// Size of the picture or window, pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    pub size: [u32; 2],
+    /// Samples a pixel; 4 smooths edges
+    #[arg(long, value_name = "1|4", default_value = "4", value_parser = samples)]
+    pub samples: u32,
+    /// What colours the surface
+    #[arg(long, value_enum, value_name = "shaded|clusters", default_value_t = ColorFlag::Shaded, hide_possible_values = true)]
+    pub color: ColorFlag,
+    /// Vertical field of view, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 40.0, value_parser = field_of_view)]
+    pub fov: f64,
+    /// Draw without a window
+    #[arg(long)]
+    pub headless: bool,
+    /// Path of the camera: around the scene, or through it
+    #[arg(long, value_enum, value_name = "orbit|fly", default_value_t = CameraFlag::Orbit, hide_possible_values = true, requires = "headless")]
+    pub camera: CameraFlag,
+    /// Frames, spread evenly over one round of the camera
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "headless")]
+    pub frames: u32,
+    /// Write a PNG picture of the last frame; of each frame, if the name holds an n in braces for its number
+    #[arg(long, value_name = "OUT.png", requires = "headless")]
+    pub screenshot: Option<PathBuf>,
+    /// Write counts and times of all frames
+    #[arg(long, value_name = "OUT.json", requires = "headless")]
+    pub stats: Option<PathBuf>,
+}
+
+/// `--occlusion`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OcclusionFlag {
+    /// By occlusion queries.
+    Exact,
+    /// Not at all.
+    Off,
+}
+
+/// `--color`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ColorFlag {
+    /// Lit.
+    Shaded,
+    /// A colour for each cluster.
+    Clusters,
+}
+
+/// `--camera`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CameraFlag {
+    /// Around the scene.
+    Orbit,
+    /// Through the scene.
+    Fly,
+}
+
+impl Cli {
+    /// The instances to place: one of each file where the flag is not given.
+    pub fn instance_count(&self) -> u32 {
+        self.instances.unwrap_or(u32::try_from(self.files.len()).unwrap_or(MAX_INSTANCES))
+    }
+
+    /// Vertical field of view, radians.
+    pub fn field_of_view(&self) -> f64 {
+        self.fov.to_radians()
+    }
+
+    /// How frames are drawn.
+    pub fn frame_options(&self) -> FrameOptions {
+        FrameOptions {
+            size: self.size,
+            samples: self.samples,
+            detail: if self.no_lod { Detail::Full } else { Detail::Pixels(self.pixels) },
+            frustum: !self.no_frustum,
+            backface: !self.no_backface,
+            two_sided: self.two_sided,
+            occlusion: match self.occlusion {
+                OcclusionFlag::Exact => Occlusion::Exact,
+                OcclusionFlag::Off => Occlusion::Off,
+            },
+            color: match self.color {
+                ColorFlag::Shaded => ColorMode::Shaded,
+                ColorFlag::Clusters => ColorMode::Clusters,
+            },
+            measure: self.headless,
+            ..FrameOptions::default()
+        }
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        _ => Err("expected a number above 0".to_owned()),
+    }
+}
+
+fn field_of_view(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if (1.0..=170.0).contains(&number) => Ok(number),
+        _ => Err("expected degrees from 1 to 170".to_owned()),
+    }
+}
+
+fn samples(text: &str) -> Result<u32, String> {
+    match text {
+        "1" => Ok(1),
+        "4" => Ok(4),
+        _ => Err("expected 1 or 4".to_owned()),
+    }
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let parsed = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match parsed {
+        Some([width, height]) if width > 0 && height > 0 => Ok([width, height]),
+        _ => Err("expected two numbers such as 1280x720".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn parse(words: &str) -> Result<Cli, clap::Error> {
+        Cli::try_parse_from(std::iter::once("fcview").chain(words.split_whitespace()))
+    }
+
+    #[test]
+    fn the_flags_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_flag_means_what_it_says() {
+        let cli = parse(
+            "a.fct b.fct --instances 7 --seed 9 --no-lod --no-frustum --no-backface --two-sided --occlusion off \
+             --size 64x48 --samples 1 --color clusters --fov 90 --headless --camera fly --frames 3 \
+             --screenshot x{n}.png --stats s.json",
+        )
+        .unwrap();
+        assert_eq!(cli.files.len(), 2);
+        assert_eq!((cli.instance_count(), cli.seed, cli.frames), (7, 9, 3));
+        assert!((cli.field_of_view() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        let expected = FrameOptions {
+            size: [64, 48],
+            samples: 1,
+            detail: Detail::Full,
+            frustum: false,
+            backface: false,
+            two_sided: true,
+            occlusion: Occlusion::Off,
+            color: ColorMode::Clusters,
+            measure: true,
+            ..FrameOptions::default()
+        };
+        assert_eq!(cli.frame_options(), expected);
+        assert_eq!(parse("a.fct b.fct").unwrap().instance_count(), 2);
+        assert_eq!(parse("a.fct --pixels 2.5").unwrap().frame_options().detail, Detail::Pixels(2.5));
+    }
+
+    #[test]
+    fn nonsense_is_a_usage_error() {
+        for words in [
+            "",
+            "a.fct --pixels 0",
+            "a.fct --pixels nan",
+            "a.fct --pixels 2 --no-lod",
+            "a.fct --size 0x5",
+            "a.fct --size 64",
+            "a.fct --fov 0",
+            "a.fct --fov 180",
+            "a.fct --samples 3",
+            "a.fct --instances 1000001",
+            "a.fct --instances -1",
+            "a.fct --headless --frames 0",
+            "a.fct --screenshot x.png",
+            "a.fct --occlusion maybe",
+            "a.fct --triangles 5",
+        ] {
+            let error = parse(words).expect_err(words);
+            assert_eq!(error.exit_code(), 2, "{words}");
+        }
+    }
+}

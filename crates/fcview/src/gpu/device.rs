@@ -1,0 +1,199 @@
+//! The graphics device: which adapter is taken, and where its errors go.
+//!
+//! `WGPU_BACKEND` (such as `vulkan` or `gl`) narrows the backends and `WGPU_ADAPTER_NAME` (part of a name)
+//! picks an adapter; without them the strongest kind of adapter wins and a software one is the last resort.
+
+use crate::Error;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// How long one piece of GPU work may take before it counts as hung.
+///
+/// A software rasteriser draws some ten million triangles a second, so a full-resolution frame of a large
+/// scene takes many seconds; shorter would break honest work, longer only delays the message.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A device with its queue, and what the driver said about itself.
+pub struct Gpu {
+    #[cfg(feature = "window")]
+    pub(crate) instance: wgpu::Instance,
+    pub(crate) adapter: wgpu::Adapter,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    faults: Arc<Faults>,
+}
+
+/// What the driver reported outside the call that caused it.
+#[derive(Default)]
+struct Faults {
+    lost: AtomicBool,
+    messages: Mutex<Vec<String>>,
+}
+
+impl Faults {
+    fn add(&self, message: String) {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+    }
+
+    fn take(&self) -> Option<String> {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let first = (!messages.is_empty()).then(|| messages.swap_remove(0));
+        messages.clear();
+        first
+    }
+}
+
+impl Gpu {
+    /// Opens a device for drawing without a display.
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`] and its neighbours, all of exit code 6.
+    pub fn headless() -> Result<Gpu, Error> {
+        first_that_works(|backends| {
+            let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+            descriptor.backends = backends;
+            Gpu::from_instance(wgpu::Instance::new(descriptor), None, backends)
+        })
+    }
+
+    /// Opens a device of `instance` that can present to `surface`, where one is given.
+    pub(crate) fn from_instance(
+        instance: wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+        backends: wgpu::Backends,
+    ) -> Result<Gpu, Error> {
+        let adapter = choose_adapter(&instance, surface, backends)?;
+        let info = adapter.get_info();
+        let downlevel = adapter.get_downlevel_capabilities();
+        for (flag, what) in [
+            (wgpu::DownlevelFlags::BASE_VERTEX, "base vertices"),
+            (wgpu::DownlevelFlags::NON_POWER_OF_TWO_MIPMAPPED_TEXTURES, "textures of any size"),
+        ] {
+            if !downlevel.flags.contains(flag) {
+                return Err(Error::Unsuitable { adapter: info.name, missing: what.to_owned() });
+            }
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("fcview"),
+            required_features: wgpu::Features::empty(),
+            // Whatever the adapter has: a model of a hundred million vertices needs buffers beyond the defaults.
+            required_limits: adapter.limits(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|error| Error::NoDevice { adapter: info.name, reason: error.to_string() })?;
+        let faults = Arc::new(Faults::default());
+        let sink = Arc::clone(&faults);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| sink.add(error.to_string())));
+        let sink = Arc::clone(&faults);
+        device.set_device_lost_callback(move |_, message| {
+            sink.add(message);
+            sink.lost.store(true, Ordering::Release);
+        });
+        Ok(Gpu {
+            #[cfg(feature = "window")]
+            instance,
+            adapter,
+            device,
+            queue,
+            faults,
+        })
+    }
+
+    /// What the driver says about itself.
+    pub fn info(&self) -> wgpu::AdapterInfo {
+        self.adapter.get_info()
+    }
+
+    /// True if the adapter is a program on the CPU: right, but slow.
+    pub fn is_software(&self) -> bool {
+        self.info().device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// The limits that the device was opened with.
+    pub fn limits(&self) -> wgpu::Limits {
+        self.device.limits()
+    }
+
+    /// Waits until all submitted work is done.
+    ///
+    /// # Errors
+    /// [`Error::Timeout`] if the device seems hung, and what [`Gpu::check`] says.
+    pub fn wait(&self, what: &'static str) -> Result<(), Error> {
+        let waited = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) });
+        self.check()?;
+        waited.map(drop).map_err(|_timeout| Error::Timeout { what, seconds: PATIENCE.as_secs() })
+    }
+
+    /// Reports what the driver complained about since the last call.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`] or [`Error::Device`].
+    pub fn check(&self) -> Result<(), Error> {
+        let message = self.faults.take();
+        if self.faults.lost.load(Ordering::Acquire) {
+            return Err(Error::DeviceLost { reason: message.unwrap_or_else(|| "no reason given".to_owned()) });
+        }
+        message.map_or(Ok(()), |message| Err(Error::Device { message }))
+    }
+}
+
+/// Tries the backends that modern systems have, then the others with them.
+///
+/// Asking OpenGL starts a good part of it, which takes time and may print warnings, so it is asked only where
+/// nothing else answers.
+pub(crate) fn first_that_works<T>(
+    mut open: impl FnMut(wgpu::Backends) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let allowed = wgpu::Backends::all().with_env();
+    let modern = allowed & wgpu::Backends::PRIMARY;
+    if !modern.is_empty() && modern != allowed {
+        match open(modern) {
+            Err(Error::NoAdapter { .. } | Error::NoSuchAdapter { .. }) => {}
+            done => return done,
+        }
+    }
+    open(allowed)
+}
+
+/// Takes the adapter that `WGPU_ADAPTER_NAME` names, else the strongest kind that suits the surface.
+fn choose_adapter(
+    instance: &wgpu::Instance,
+    surface: Option<&wgpu::Surface<'_>>,
+    backends: wgpu::Backends,
+) -> Result<wgpu::Adapter, Error> {
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    if let Some(surface) = surface {
+        adapters.retain(|adapter| adapter.is_surface_supported(surface));
+    }
+    if let Ok(wanted) = std::env::var("WGPU_ADAPTER_NAME") {
+        let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+        let lower = wanted.to_lowercase();
+        adapters.retain(|adapter| adapter.get_info().name.to_lowercase().contains(&lower));
+        if adapters.is_empty() && !names.is_empty() {
+            return Err(Error::NoSuchAdapter { wanted, found: names.join(", ") });
+        }
+    }
+    // The sort is stable, so adapters of one kind stay in the order of the backends, Vulkan and Metal first.
+    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    });
+    adapters.into_iter().next().ok_or_else(|| Error::NoAdapter { backends: backend_names(backends) })
+}
+
+/// The names of the backends of a set that this program was built with.
+fn backend_names(backends: wgpu::Backends) -> String {
+    let built = wgpu::Instance::enabled_backend_features() & backends;
+    let names: Vec<&str> = wgpu::Backend::ALL
+        .into_iter()
+        .filter(|backend| built.contains(wgpu::Backends::from(*backend)))
+        .map(wgpu::Backend::to_str)
+        .collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

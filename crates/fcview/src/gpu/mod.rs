@@ -1,0 +1,14 @@
+//! The GPU side: device, pipelines, vertex buffers, occlusion queries, read-back. Knows triangles and polygons,
+//! nothing of trees or of what is worth drawing.
+
+mod device;
+pub(crate) mod mesh;
+pub(crate) mod occlusion;
+pub(crate) mod pages;
+pub(crate) mod pipelines;
+pub(crate) mod readback;
+pub(crate) mod target;
+
+pub use device::Gpu;
+#[cfg(feature = "window")]
+pub(crate) use device::first_that_works;

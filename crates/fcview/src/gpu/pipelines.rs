@@ -1,0 +1,247 @@
+//! The render pipelines and the layouts of what they read.
+
+use super::target::{COLOR_FORMAT, DEPTH_FORMAT};
+use bytemuck::{Pod, Zeroable};
+
+/// The view and the lights, as `frame.wgsl` reads them.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct FrameUniform {
+    pub(crate) clip_from_eye: [[f32; 4]; 4],
+    pub(crate) key: [f32; 4],
+    pub(crate) fill: [f32; 4],
+    pub(crate) rim: [f32; 4],
+}
+
+/// One placed copy of a model, as `frame.wgsl` reads it; 64 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct InstanceRow {
+    /// Rows of the matrix from positions relative to the model's centre to eye space.
+    pub(crate) rows: [[f32; 4]; 3],
+    /// The model's centre, and the tint.
+    pub(crate) center: [f32; 4],
+}
+
+/// One corner of a triangle in the clusters mode, as `clusters.wgsl` reads it; 20 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct ClusterVertex {
+    pub(crate) position: [f32; 3],
+    pub(crate) color: [u8; 4],
+    pub(crate) border: [u8; 4],
+}
+
+/// Which triangles the rasteriser keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sides {
+    /// Only triangles whose corners run counter-clockwise on screen.
+    Front,
+    /// Both windings.
+    Both,
+}
+
+/// What is drawn: decides shader and vertex layout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Look {
+    /// Indexed triangles lit by stored normals.
+    Smooth,
+    /// Indexed triangles lit by the triangles' own normals.
+    Flat,
+    /// Unindexed triangles coloured by cluster.
+    Clusters,
+}
+
+/// All pipelines for one sample count.
+pub(crate) struct Pipelines {
+    pub(crate) samples: u32,
+    pub(crate) background: wgpu::RenderPipeline,
+    pub(crate) bounding_polygon: wgpu::RenderPipeline,
+    surfaces: Vec<(Look, Sides, wgpu::RenderPipeline)>,
+}
+
+/// The layout of the bind group that holds the frame uniform.
+pub(crate) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("frame"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    })
+}
+
+const INSTANCE_ATTRIBUTES: [wgpu::VertexAttribute; 4] =
+    wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
+const POSITION_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![4 => Float32x3];
+const NORMAL_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![5 => Snorm16x2];
+const COLOR_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![6 => Unorm8x4];
+const CLUSTER_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
+    wgpu::vertex_attr_array![4 => Float32x3, 5 => Unorm8x4, 6 => Unorm8x4];
+const POLYGON_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
+
+fn layout<'a>(
+    stride: usize,
+    step_mode: wgpu::VertexStepMode,
+    attributes: &'a [wgpu::VertexAttribute],
+) -> Option<wgpu::VertexBufferLayout<'a>> {
+    Some(wgpu::VertexBufferLayout { array_stride: stride as wgpu::BufferAddress, step_mode, attributes })
+}
+
+impl Pipelines {
+    /// Compiles the pipelines.
+    pub(crate) fn new(device: &wgpu::Device, frame: &wgpu::BindGroupLayout, samples: u32) -> Pipelines {
+        let with_frame = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("frame"),
+            bind_group_layouts: &[Some(frame)],
+            immediate_size: 0,
+        });
+        let bare = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("no bindings"),
+            bind_group_layouts: &[],
+            immediate_size: 0,
+        });
+        let common = include_str!("../shaders/frame.wgsl");
+        let module = |label, source: String| {
+            device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(label),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            })
+        };
+        let surface = module("surface", [common, include_str!("../shaders/surface.wgsl")].concat());
+        let clusters = module("clusters", [common, include_str!("../shaders/clusters.wgsl")].concat());
+        let background = module("background", include_str!("../shaders/background.wgsl").to_owned());
+        let polygon = module("bounding polygon", include_str!("../shaders/bounding_polygon.wgsl").to_owned());
+
+        let vertex = wgpu::VertexStepMode::Vertex;
+        let instance_layout =
+            layout(size_of::<InstanceRow>(), wgpu::VertexStepMode::Instance, &INSTANCE_ATTRIBUTES);
+        let surface_layouts = [
+            instance_layout.clone(),
+            layout(12, vertex, &POSITION_ATTRIBUTES),
+            layout(4, vertex, &NORMAL_ATTRIBUTES),
+            layout(4, vertex, &COLOR_ATTRIBUTES),
+        ];
+        let cluster_layouts =
+            [instance_layout, layout(size_of::<ClusterVertex>(), vertex, &CLUSTER_ATTRIBUTES)];
+        let polygon_layouts = [layout(16, vertex, &POLYGON_ATTRIBUTES)];
+
+        let make = |recipe: Recipe<'_>| recipe.build(device, samples);
+        let mut surfaces = Vec::new();
+        for look in [Look::Smooth, Look::Flat, Look::Clusters] {
+            for sides in [Sides::Front, Sides::Both] {
+                let (module, buffers): (_, &[_]) = match look {
+                    Look::Smooth | Look::Flat => (&surface, &surface_layouts),
+                    Look::Clusters => (&clusters, &cluster_layouts),
+                };
+                let constants: &[(&str, f64)] = match look {
+                    Look::Smooth => &[("has_normals", 1.0)],
+                    Look::Flat => &[("has_normals", 0.0)],
+                    Look::Clusters => &[],
+                };
+                let pipeline = make(Recipe {
+                    label: "surface",
+                    layout: &with_frame,
+                    module,
+                    buffers,
+                    constants,
+                    sides,
+                    // Strictly nearer: of two surfaces at one depth the first drawn stays, so that leaving out
+                    // hidden ones cannot change the picture.
+                    depth_compare: wgpu::CompareFunction::Greater,
+                    writes: true,
+                });
+                surfaces.push((look, sides, pipeline));
+            }
+        }
+        Pipelines {
+            samples,
+            background: make(Recipe {
+                label: "background",
+                layout: &bare,
+                module: &background,
+                buffers: &[],
+                constants: &[],
+                sides: Sides::Both,
+                depth_compare: wgpu::CompareFunction::Always,
+                writes: true,
+            }),
+            bounding_polygon: make(Recipe {
+                label: "bounding polygon",
+                layout: &bare,
+                module: &polygon,
+                buffers: &polygon_layouts,
+                constants: &[],
+                sides: Sides::Both,
+                // A polygon at the very depth that is there counts as visible: the safe side.
+                depth_compare: wgpu::CompareFunction::GreaterEqual,
+                writes: false,
+            }),
+            surfaces,
+        }
+    }
+
+    /// The pipeline for a look, if it exists (they all do).
+    pub(crate) fn surface(&self, look: Look, sides: Sides) -> Option<&wgpu::RenderPipeline> {
+        self.surfaces.iter().find(|(l, s, _)| (*l, *s) == (look, sides)).map(|(_, _, pipeline)| pipeline)
+    }
+}
+
+/// What differs from one pipeline to another.
+struct Recipe<'a> {
+    label: &'static str,
+    layout: &'a wgpu::PipelineLayout,
+    module: &'a wgpu::ShaderModule,
+    buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    constants: &'a [(&'a str, f64)],
+    sides: Sides,
+    depth_compare: wgpu::CompareFunction,
+    writes: bool,
+}
+
+impl Recipe<'_> {
+    fn build(&self, device: &wgpu::Device, samples: u32) -> wgpu::RenderPipeline {
+        let color = [Some(wgpu::ColorTargetState {
+            format: COLOR_FORMAT,
+            blend: None,
+            write_mask: wgpu::ColorWrites::ALL,
+        })];
+        let options = wgpu::PipelineCompilationOptions { constants: self.constants, ..Default::default() };
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(self.label),
+            layout: Some(self.layout),
+            vertex: wgpu::VertexState {
+                module: self.module,
+                entry_point: Some("vertex"),
+                compilation_options: options.clone(),
+                buffers: self.buffers,
+            },
+            primitive: wgpu::PrimitiveState {
+                cull_mode: (self.sides == Sides::Front).then_some(wgpu::Face::Back),
+                ..Default::default()
+            },
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(self.writes),
+                depth_compare: Some(self.depth_compare),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
+            fragment: self.writes.then_some(wgpu::FragmentState {
+                module: self.module,
+                entry_point: Some("fragment"),
+                compilation_options: options,
+                targets: &color,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}

@@ -1,0 +1,84 @@
+//! Textures and buffers back to the CPU.
+
+use super::device::Gpu;
+use super::target::Target;
+use crate::Error;
+
+/// Copies the finished picture out: RGBA, 8 bits a channel, sRGB, rows from the top.
+pub(crate) fn picture(gpu: &Gpu, target: &Target) -> Result<Vec<u8>, Error> {
+    texture(gpu, &target.picture, target.size, wgpu::TextureAspect::All)
+}
+
+/// Copies the depth out, where the target has one sample a pixel: near plane 1, nothing drawn 0.
+pub(crate) fn depth(gpu: &Gpu, target: &Target) -> Result<Option<Vec<f32>>, Error> {
+    if target.samples > 1 {
+        return Ok(None);
+    }
+    let bytes = texture(gpu, &target.depth, target.size, wgpu::TextureAspect::DepthOnly)?;
+    Ok(Some(bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()))
+}
+
+/// Copies out a texture of 4 bytes a pixel, without padding between rows.
+fn texture(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    [width, height]: [u32; 2],
+    aspect: wgpu::TextureAspect,
+) -> Result<Vec<u8>, Error> {
+    let row = width * 4;
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let bytes = u64::from(padded) * u64::from(height);
+    let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read-back"),
+        size: bytes,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d::ZERO,
+            aspect,
+        },
+        wgpu::TexelCopyBufferInfo {
+            buffer: &staging,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded),
+                rows_per_image: Some(height),
+            },
+        },
+        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+    );
+    gpu.queue.submit([encoder.finish()]);
+    let padded_rows = buffer(gpu, &staging, bytes, "the picture's read-back")?;
+    let mut rows = Vec::with_capacity(row as usize * height as usize);
+    for line in padded_rows.chunks_exact(padded as usize) {
+        rows.extend_from_slice(line.get(..row as usize).unwrap_or(line));
+    }
+    Ok(rows)
+}
+
+/// Waits for the GPU and copies the first `bytes` bytes of a mappable buffer out.
+pub(crate) fn buffer(
+    gpu: &Gpu,
+    staging: &wgpu::Buffer,
+    bytes: u64,
+    what: &'static str,
+) -> Result<Vec<u8>, Error> {
+    if bytes == 0 {
+        return Ok(Vec::new());
+    }
+    let slice = staging.slice(..bytes);
+    // The view below says whether mapping worked, so the callback has nothing to add.
+    slice.map_async(wgpu::MapMode::Read, |_| {});
+    gpu.wait(what)?;
+    let data = match slice.get_mapped_range() {
+        Ok(view) => view.to_vec(),
+        Err(error) => return Err(Error::Device { message: format!("{what}: {error}") }),
+    };
+    staging.unmap();
+    Ok(data)
+}

@@ -1,0 +1,63 @@
+//! The command `fcview`: flags in, pictures or a window out. See `fcview --help`.
+
+use clap::Parser;
+use fcview::cli::Cli;
+use fcview::{Error, headless};
+use std::io::Write;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let done = if cli.headless { run_headless(&cli) } else { run_window(&cli) };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error[{}]: {error}", error.code());
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run_headless(cli: &Cli) -> Result<(), Error> {
+    let outcome = headless::run(cli)?;
+    if outcome.software {
+        eprintln!("warning: no graphics card; {} draws on the CPU, slowly", outcome.stats.adapter.name);
+    }
+    let mut out = std::io::stdout().lock();
+    let mut lines = outcome.written.iter().map(|path| format!("wrote {}", path.display())).collect::<Vec<_>>();
+    if let Some(last) = outcome.stats.frames.last() {
+        let counts = &last.counts;
+        lines.push(format!(
+            "{} frame(s), median {:.1} ms; the last drew {} of {} selected triangles ({} instances)",
+            outcome.stats.frames.len(),
+            outcome.stats.milliseconds_median,
+            counts.triangles_drawn,
+            counts.triangles_selected,
+            counts.instances,
+        ));
+    }
+    for line in lines {
+        // A reader that went away, as `head` does, has seen enough.
+        if writeln!(out, "{line}").is_err() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(feature = "window")]
+fn run_window(cli: &Cli) -> Result<(), Error> {
+    fcview::window::run(cli)
+}
+
+#[cfg(not(feature = "window"))]
+fn run_window(_: &Cli) -> Result<(), Error> {
+    Err(Error::NoWindow { reason: "this fcview was built without the feature `window`".to_owned() })
+}

@@ -1,0 +1,254 @@
+//! The scene: models and their placed copies.
+
+use crate::random::Random;
+use glam::{DMat4, DQuat, DVec3};
+use std::sync::Arc;
+
+/// A model: an opened tree and its name in messages.
+#[derive(Clone)]
+pub struct Model {
+    /// The file's name, for messages.
+    pub name: String,
+    /// The tree.
+    pub tree: Arc<fct::Tree>,
+    /// Centre of a sphere around the model, in its own coordinates; exact in 32 bits.
+    pub center: DVec3,
+    /// That sphere's radius.
+    pub radius: f64,
+    /// The smallest and largest coordinates, in its own coordinates.
+    pub bounds: [DVec3; 2],
+}
+
+/// A placed copy: rotated and scaled about the model's origin, then moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// Index of the model.
+    pub model: usize,
+    /// Rotation, unit.
+    pub rotation: DQuat,
+    /// Uniform scale, positive: the same for every direction, so that normal cones and error bounds stay true.
+    pub scale: f64,
+    /// Where the model's origin goes.
+    pub translation: DVec3,
+    /// A hue in 0..1 that tints the copy, or 0 for none.
+    pub tint: f32,
+}
+
+/// Models and their copies.
+#[derive(Clone, Default)]
+pub struct Scene {
+    /// The models.
+    pub models: Vec<Model>,
+    /// The copies; an empty scene is fine.
+    pub instances: Vec<Instance>,
+}
+
+/// The most instances of a scene: 64 MB of instance rows, and as many cuts a frame as anyone will wait for.
+pub const MAX_INSTANCES: u32 = 1_000_000;
+
+impl Model {
+    /// A model of an opened tree.
+    pub fn new(name: impl Into<String>, tree: Arc<fct::Tree>) -> Model {
+        let corner = |c: [f32; 3]| DVec3::from_array(c.map(f64::from));
+        let bounds = [corner(tree.meta().bounds_min), corner(tree.meta().bounds_max)];
+        let (center, radius) = match tree.root().kind() {
+            fct::Child::Node(index) => match tree.nodes().get(index as usize) {
+                Some(node) => (corner(fct::unpack(node.center)), f64::from(node.radius.get())),
+                None => (DVec3::ZERO, 0.0),
+            },
+            // A single face has no node: the sphere of its box.
+            fct::Child::Face(_) => {
+                (bounds[0].midpoint(bounds[1]), 0.5 * bounds[0].distance(bounds[1]) * (1.0 + 1e-6))
+            }
+        };
+        // The GPU subtracts the centre in 32 bits, so it must be one of their numbers.
+        let rounded = center.as_vec3().as_dvec3();
+        let radius = radius + rounded.distance(center);
+        Model { name: name.into(), tree, center: rounded, radius, bounds }
+    }
+
+    /// Opens a .fct file.
+    ///
+    /// # Errors
+    /// What [`fct::Tree::open`] says.
+    pub fn open(path: &std::path::Path) -> Result<Model, crate::Error> {
+        let tree = fct::Tree::open(path)?;
+        Ok(Model::new(path.display().to_string(), Arc::new(tree)))
+    }
+}
+
+impl Instance {
+    /// A copy of a model where it stands in its file.
+    pub fn unmoved(model: usize) -> Instance {
+        Instance { model, rotation: DQuat::IDENTITY, scale: 1.0, translation: DVec3::ZERO, tint: 0.0 }
+    }
+
+    /// Takes a position of the model to the scene.
+    pub fn to_world(&self, p: DVec3) -> DVec3 {
+        self.rotation * (p * self.scale) + self.translation
+    }
+
+    /// Takes a position of the scene to the model.
+    pub fn to_model(&self, p: DVec3) -> DVec3 {
+        self.rotation.inverse() * (p - self.translation) / self.scale
+    }
+
+    /// Takes a direction of the scene to the model.
+    pub fn direction_to_model(&self, d: DVec3) -> DVec3 {
+        self.rotation.inverse() * d
+    }
+
+    /// The matrix from the model to the scene.
+    pub fn matrix(&self) -> DMat4 {
+        DMat4::from_scale_rotation_translation(DVec3::splat(self.scale), self.rotation, self.translation)
+    }
+}
+
+impl Scene {
+    /// `count` copies of the models in turn, in a box, with random rotations; one copy stands as in its file.
+    ///
+    /// The copies stand in the cells of a lattice, each moved within its cell, so that from any side some hide
+    /// others while few touch. Models of different sizes are scaled to that of the first.
+    ///
+    /// # Paper
+    /// [Tsuji07, fig. 15]: a scene of many copies of one model, placed at random.
+    pub fn placed(models: Vec<Model>, count: u32, seed: u64) -> Scene {
+        let Some(first) = models.first() else { return Scene::default() };
+        if count == 1 {
+            return Scene { models, instances: vec![Instance::unmoved(0)] };
+        }
+        let reach = if first.radius > 0.0 { first.radius } else { 1.0 };
+        let mut random = Random::new(seed);
+        let cells = lattice(count, &mut random);
+        // Two radii would keep the copies apart; less makes them overlap in depth and hide one another.
+        let cell = 1.3 * reach;
+        let instances = cells
+            .into_iter()
+            .zip(0_u32..)
+            .map(|(place, number)| {
+                let index = number as usize % models.len();
+                let model = models.get(index).unwrap_or(first);
+                let scale = if model.radius > 0.0 { reach / model.radius } else { 1.0 };
+                let rotation = random.rotation();
+                let jitter = DVec3::from_array([(); 3].map(|()| 0.6 * random.unit() - 0.3));
+                let center = cell * (place + jitter);
+                Instance {
+                    model: index,
+                    rotation,
+                    scale,
+                    translation: center - rotation * (model.center * scale),
+                    tint: random.unit() as f32,
+                }
+            })
+            .collect();
+        Scene { models, instances }
+    }
+
+    /// The centre and radius of an instance's sphere in the scene; `None` if it names no model.
+    pub fn sphere(&self, instance: &Instance) -> Option<(DVec3, f64)> {
+        let model = self.models.get(instance.model)?;
+        Some((instance.to_world(model.center), model.radius * instance.scale))
+    }
+
+    /// Points around all instances, in the scene: what a camera must see to see about everything.
+    ///
+    /// Corners and middles of the sides of their boxes, those outside a model's sphere drawn back onto it.
+    pub fn extremes(&self) -> Vec<DVec3> {
+        let mut points = Vec::with_capacity(14 * self.instances.len());
+        for instance in &self.instances {
+            let Some(model) = self.models.get(instance.model) else { continue };
+            let [low, high] = model.bounds;
+            let (middle, half) = (low.midpoint(high), 0.5 * (high - low));
+            let corners = (0..8).map(|k: u32| {
+                let sign = |axis: u32| if k & (1 << axis) == 0 { -1.0 } else { 1.0 };
+                middle + half * DVec3::new(sign(0), sign(1), sign(2))
+            });
+            let sides = DVec3::AXES.into_iter().flat_map(|axis| [middle - half * axis, middle + half * axis]);
+            points.extend(corners.chain(sides).map(|p| {
+                let offset = (p - model.center).clamp_length_max(model.radius);
+                instance.to_world(model.center + offset)
+            }));
+        }
+        points
+    }
+
+    /// The distance at which the near plane may stand for an eye: before everything, but never so near that an
+    /// eye inside a model sees depth without precision.
+    pub fn near(&self, eye: DVec3) -> f64 {
+        let mut near = f64::INFINITY;
+        let mut smallest = f64::INFINITY;
+        for (center, radius) in self.instances.iter().filter_map(|instance| self.sphere(instance)) {
+            near = near.min(center.distance(eye) - radius);
+            if radius > 0.0 {
+                smallest = smallest.min(radius);
+            }
+        }
+        let least = if smallest.is_finite() { 1e-4 * smallest } else { 1e-3 };
+        if near.is_finite() { (0.5 * near).max(least) } else { least }
+    }
+}
+
+/// `count` cells of a lattice around the origin, wider than high, chosen and ordered by the generator.
+fn lattice(count: u32, random: &mut Random) -> Vec<DVec3> {
+    let root = f64::from(count).cbrt();
+    let rows = (0.75 * root).round().max(1.0);
+    let layers = root.round().max(1.0);
+    let columns = (f64::from(count) / (rows * layers)).ceil().max(1.0);
+    let (nx, ny, nz) = (columns as u32, rows as u32, layers as u32);
+    let middle = 0.5 * DVec3::new(columns - 1.0, rows - 1.0, layers - 1.0);
+    let mut cells = Vec::with_capacity(nx as usize * ny as usize * nz as usize);
+    for x in 0..nx {
+        for y in 0..ny {
+            for z in 0..nz {
+                cells.push(DVec3::new(f64::from(x), f64::from(y), f64::from(z)) - middle);
+            }
+        }
+    }
+    // A partial shuffle: the first `count` of a random order.
+    let total = cells.len();
+    for i in 0..total.min(count as usize) {
+        let other = i + random.below((total - i) as u64) as usize;
+        cells.swap(i, other);
+    }
+    cells.truncate(count as usize);
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lattice_has_as_many_different_cells_as_asked_for() {
+        for count in [0, 1, 2, 3, 7, 20, 100, 1000] {
+            let cells = lattice(count, &mut Random::new(5));
+            assert_eq!(cells.len(), count as usize);
+            let mut seen: Vec<_> = cells.iter().map(|c| c.to_array().map(|v| (2.0 * v) as i64)).collect();
+            seen.sort_unstable();
+            seen.dedup();
+            assert_eq!(seen.len(), count as usize, "{count} cells repeat");
+        }
+    }
+
+    #[test]
+    fn to_world_and_back_is_where_it_was() {
+        let mut random = Random::new(11);
+        let instance = Instance {
+            model: 0,
+            rotation: random.rotation(),
+            scale: 2.5,
+            translation: DVec3::new(1.0, -2.0, 3.0),
+            tint: 0.0,
+        };
+        let p = DVec3::new(0.3, 0.4, -0.5);
+        assert!(instance.to_model(instance.to_world(p)).distance(p) < 1e-12);
+        assert!(instance.matrix().transform_point3(p).distance(instance.to_world(p)) < 1e-12);
+    }
+
+    #[test]
+    fn an_empty_scene_has_a_near_plane_and_no_extremes() {
+        let scene = Scene::placed(Vec::new(), 20, 0);
+        assert!(scene.instances.is_empty() && scene.extremes().is_empty());
+        assert!(scene.near(DVec3::ZERO) > 0.0);
+    }
+}

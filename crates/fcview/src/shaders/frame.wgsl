@@ -1,0 +1,67 @@
+// Shared by every pipeline: the view and the light. Positions in "eye space" have the world's axes and the
+// eye as origin, so that their errors shrink with their distance from the eye.
+
+struct Frame {
+    clip_from_eye: mat4x4<f32>,
+    // Unit directions toward the lights, world axes.
+    key: vec4<f32>,
+    fill: vec4<f32>,
+    rim: vec4<f32>,
+};
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+// One placed copy of a model: rows of the matrix that takes a position relative to the model's centre to
+// eye space.
+struct Instance {
+    @location(0) row_x: vec4<f32>,
+    @location(1) row_y: vec4<f32>,
+    @location(2) row_z: vec4<f32>,
+    // The model's centre, and a tint: 0 for none, else a hue in 0..1.
+    @location(3) center: vec4<f32>,
+};
+
+fn eye_position(instance: Instance, position: vec3<f32>) -> vec3<f32> {
+    let local = vec4<f32>(position - instance.center.xyz, 1.0);
+    return vec3<f32>(dot(instance.row_x, local), dot(instance.row_y, local), dot(instance.row_z, local));
+}
+
+fn eye_direction(instance: Instance, direction: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        dot(instance.row_x.xyz, direction),
+        dot(instance.row_y.xyz, direction),
+        dot(instance.row_z.xyz, direction),
+    );
+}
+
+// Unit vector, or +z where there is none: a zero normal must not become NaN.
+fn unit(v: vec3<f32>) -> vec3<f32> {
+    let squared = dot(v, v);
+    if squared > 0.0 {
+        return v * inverseSqrt(squared);
+    }
+    return vec3<f32>(0.0, 0.0, 1.0);
+}
+
+// A warm key light, a cool fill, light from sky and ground, a faint rim and a soft highlight: enough to read
+// curvature everywhere, no shadow that hides form. `normal` and `toward_eye` are unit vectors.
+fn shade(albedo: vec3<f32>, normal: vec3<f32>, toward_eye: vec3<f32>) -> vec3<f32> {
+    let key_cos = dot(normal, frame.key.xyz);
+    // The key wraps a little past its terminator, which keeps the shadow side from going flat.
+    let wrapped = clamp((key_cos + 0.15) / 1.15, 0.0, 1.0);
+    let key = vec3<f32>(1.0, 0.95, 0.87) * (1.02 * wrapped * wrapped);
+    let fill = vec3<f32>(0.62, 0.74, 1.0) * (0.16 * max(dot(normal, frame.fill.xyz), 0.0));
+    let up = 0.5 + 0.5 * normal.y;
+    let ambient = mix(vec3<f32>(0.090, 0.080, 0.075), vec3<f32>(0.20, 0.225, 0.26), up);
+    let half_way = unit(frame.key.xyz + toward_eye);
+    let glint = pow(max(dot(normal, half_way), 0.0), 28.0) * 0.09 * step(0.0, key_cos);
+    let facing = clamp(dot(normal, toward_eye), 0.0, 1.0);
+    let edge = pow(1.0 - facing, 4.0) * max(dot(normal, frame.rim.xyz), 0.0) * 0.35;
+    return albedo * (key + fill + ambient) + vec3<f32>(glint) + vec3<f32>(0.80, 0.90, 1.0) * edge;
+}
+
+fn linear_of_srgb(c: vec3<f32>) -> vec3<f32> {
+    let low = c / 12.92;
+    let high = pow((c + 0.055) / 1.055, vec3<f32>(2.4));
+    return select(high, low, c <= vec3<f32>(0.04045));
+}

@@ -1,0 +1,63 @@
+// The extracted surface, lit; follows frame.wgsl.
+
+// Whether the model stores normals; without them each triangle is flat.
+override has_normals: bool = true;
+
+struct Vertex {
+    @location(4) position: vec3<f32>,
+    @location(5) normal: vec2<f32>,
+    @location(6) color: vec4<f32>,
+};
+
+struct Varying {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) toward_eye: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) albedo: vec3<f32>,
+};
+
+// Inverse of the octahedral map.
+fn octahedral(e: vec2<f32>) -> vec3<f32> {
+    let z = 1.0 - abs(e.x) - abs(e.y);
+    let fold = max(-z, 0.0);
+    let sign = select(vec2<f32>(-1.0), vec2<f32>(1.0), e >= vec2<f32>(0.0));
+    return vec3<f32>(e - sign * fold, z);
+}
+
+// A pale tint of a hue in 0..1, so that neighbouring copies can be told apart.
+fn tint(hue: f32) -> vec3<f32> {
+    let turn = 6.2831853 * (hue + vec3<f32>(0.0, 0.33, 0.67));
+    return vec3<f32>(1.0) + 0.13 * cos(turn);
+}
+
+@vertex
+fn vertex(instance: Instance, vertex: Vertex) -> Varying {
+    let position = eye_position(instance, vertex.position);
+    var out: Varying;
+    out.clip = frame.clip_from_eye * vec4<f32>(position, 1.0);
+    out.toward_eye = -position;
+    out.normal = eye_direction(instance, octahedral(vertex.normal));
+    out.albedo = linear_of_srgb(vertex.color.rgb);
+    if instance.center.w > 0.0 {
+        out.albedo *= tint(instance.center.w);
+    }
+    return out;
+}
+
+@fragment
+fn fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+    let toward_eye = unit(in.toward_eye);
+    var normal: vec3<f32>;
+    if has_normals {
+        normal = unit(in.normal);
+        if !front {
+            normal = -normal;
+        }
+    } else {
+        normal = unit(cross(dpdx(in.toward_eye), dpdy(in.toward_eye)));
+        if dot(normal, toward_eye) < 0.0 {
+            normal = -normal;
+        }
+    }
+    return vec4<f32>(shade(in.albedo, normal, toward_eye), 1.0);
+}

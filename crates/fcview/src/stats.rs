@@ -1,0 +1,176 @@
+//! Counts and times of frames; the JSON of `--stats`.
+
+use serde::Serialize;
+
+/// Wall-clock milliseconds of the stages of a frame.
+///
+/// The GPU runs beside the CPU: with [`crate::FrameOptions::measure`] each stage waits for its GPU work and the
+/// stages are true; without, GPU time shows in whichever stage waits next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Milliseconds {
+    /// Choosing the clusters and triangulating them, all instances in parallel.
+    pub cut: f64,
+    /// Handing the triangles to the GPU.
+    pub upload: f64,
+    /// Sorting, and drawing the nearest part, which hides the rest.
+    pub occluders: f64,
+    /// Occlusion queries, with the wait for their answers.
+    pub queries: f64,
+    /// Drawing what is left.
+    pub draw: f64,
+    /// The whole frame, without reading the picture back.
+    pub total: f64,
+}
+
+/// Counts of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Instances in the scene.
+    pub instances: u64,
+    /// Instances wholly outside the view.
+    pub instances_outside: u64,
+    /// Nodes of the trees that the cuts looked at.
+    pub nodes_visited: u64,
+    /// Nodes left out as outside the view, each with all below it.
+    pub nodes_culled_frustum: u64,
+    /// Nodes left out as facing away, each with all below it.
+    pub nodes_culled_cone: u64,
+    /// Clusters drawn, each as one polygon.
+    pub clusters: u64,
+    /// Triangles of the cut that face against their cluster.
+    pub triangles_folded: u64,
+    /// Pieces that occlusion queries decide about.
+    pub batches: u64,
+    /// Occlusion queries made.
+    pub queries: u64,
+    /// Pieces that the queries found hidden.
+    pub batches_culled_occlusion: u64,
+    /// Triangles after frustum and cone culling.
+    pub triangles_selected: u64,
+    /// Triangles drawn: those selected less those hidden.
+    pub triangles_drawn: u64,
+}
+
+/// Counts and times of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct FrameStats {
+    /// Number of the frame, from 0.
+    pub frame: u32,
+    /// Times.
+    pub milliseconds: Milliseconds,
+    /// Counts.
+    pub counts: Counts,
+}
+
+/// What the driver says about itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct AdapterStats {
+    /// The adapter's name.
+    pub name: String,
+    /// The driver's name.
+    pub driver: String,
+    /// The driver's version.
+    pub driver_info: String,
+    /// Vulkan, Metal, Dx12 or Gl.
+    pub backend: String,
+    /// DiscreteGpu, IntegratedGpu, VirtualGpu, Cpu or Other.
+    pub kind: String,
+}
+
+impl From<wgpu::AdapterInfo> for AdapterStats {
+    fn from(info: wgpu::AdapterInfo) -> AdapterStats {
+        AdapterStats {
+            name: info.name,
+            driver: info.driver,
+            driver_info: info.driver_info,
+            backend: format!("{:?}", info.backend),
+            kind: format!("{:?}", info.device_type),
+        }
+    }
+}
+
+/// A model of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModelStats {
+    /// The file.
+    pub name: String,
+    /// Its faces at full resolution.
+    pub faces: u64,
+    /// Its vertices.
+    pub vertices: u64,
+}
+
+/// The settings of a run, in the words of the command line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SettingStats {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Tolerance in pixels; absent at full resolution.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixels: Option<f64>,
+    /// `--no-lod` is off.
+    pub lod: bool,
+    /// `--no-frustum` is off.
+    pub frustum: bool,
+    /// `--no-backface` and `--two-sided` are off.
+    pub backface: bool,
+    /// `--occlusion`.
+    pub occlusion: &'static str,
+    /// `--seed`.
+    pub seed: u64,
+    /// Vertical field of view, degrees.
+    pub fov: f64,
+}
+
+/// The whole document. Keys are only ever added; `version` rises if one changes its meaning.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunStats {
+    /// Version of this document: 1.
+    pub version: u32,
+    /// The program and its version.
+    pub generator: String,
+    /// The adapter.
+    pub adapter: AdapterStats,
+    /// The models.
+    pub models: Vec<ModelStats>,
+    /// The settings.
+    pub settings: SettingStats,
+    /// Milliseconds from the start of the program to the first frame: opening, upload, pipelines.
+    pub milliseconds_setup: f64,
+    /// The median frame's total, milliseconds; the first frame, which fills buffers, counts only if it is alone.
+    pub milliseconds_median: f64,
+    /// The frames.
+    pub frames: Vec<FrameStats>,
+}
+
+/// The median of the frames' totals without the first, milliseconds; 0 for no frames.
+pub fn median_total(frames: &[FrameStats]) -> f64 {
+    let mut totals: Vec<f64> = frames.iter().map(|frame| frame.milliseconds.total).collect();
+    if totals.len() > 1 {
+        totals.remove(0);
+    }
+    totals.sort_by(f64::total_cmp);
+    totals.get(totals.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(totals: &[f64]) -> Vec<FrameStats> {
+        let frame = |total: &f64| FrameStats {
+            milliseconds: Milliseconds { total: *total, ..Default::default() },
+            ..Default::default()
+        };
+        totals.iter().map(frame).collect()
+    }
+
+    #[test]
+    fn the_median_leaves_out_the_first_of_several_frames() {
+        assert_eq!(median_total(&[]), 0.0);
+        assert_eq!(median_total(&frames(&[7.0])), 7.0);
+        assert_eq!(median_total(&frames(&[100.0, 3.0, 1.0, 2.0])), 2.0);
+    }
+}

@@ -1,0 +1,254 @@
+//! The application: events in, frames out.
+
+use super::input::Mouse;
+use super::panel::{Panel, Wishes};
+use super::screen::{Overlay, Screen, Shown};
+use crate::cli::Cli;
+use crate::headless::REBUILDS;
+use crate::orbit::Orbit;
+use crate::stats::FrameStats;
+use crate::{Error, Scene};
+use std::path::PathBuf;
+use std::sync::Arc;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{ElementState, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::{Key, NamedKey};
+use winit::window::{Window, WindowId};
+
+/// Radians that the camera turns by itself each frame.
+const TURN_STEP: f64 = 0.012;
+
+/// The running program.
+pub(super) struct App {
+    scene: Scene,
+    size: [u32; 2],
+    fov: f64,
+    orbit: Orbit,
+    mouse: Mouse,
+    panel: Panel,
+    stats: FrameStats,
+    screen: Option<Screen>,
+    rebuilds: u32,
+    screenshots: u32,
+    failure: Option<Error>,
+}
+
+impl App {
+    pub(super) fn new(cli: &Cli, scene: Scene) -> App {
+        let faces = |instance: &crate::Instance| {
+            scene.models.get(instance.model).map_or(0, |model| model.tree.faces().len() as u64)
+        };
+        let faces = scene.instances.iter().map(faces).sum();
+        let [width, height] = cli.size.map(f64::from);
+        App {
+            size: cli.size,
+            fov: cli.field_of_view(),
+            orbit: Orbit::around(&scene.extremes(), cli.field_of_view(), width / height),
+            mouse: Mouse::default(),
+            panel: Panel::new(cli.frame_options(), cli.pixels, faces),
+            stats: FrameStats::default(),
+            screen: None,
+            rebuilds: 0,
+            screenshots: 0,
+            failure: None,
+            scene,
+        }
+    }
+
+    /// What ended the run, if it was not the user.
+    pub(super) fn failure(&mut self) -> Option<Error> {
+        self.failure.take()
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: Error) {
+        self.failure.get_or_insert(error);
+        event_loop.exit();
+    }
+
+    /// Opens the screen, in a window that is there already or a new one.
+    fn open(&mut self, event_loop: &ActiveEventLoop, window: Option<Arc<Window>>) -> Result<(), Error> {
+        let window = match window {
+            Some(window) => window,
+            None => {
+                let attributes = Window::default_attributes()
+                    .with_title("facetree")
+                    .with_inner_size(PhysicalSize::new(self.size[0], self.size[1]));
+                let made = event_loop.create_window(attributes);
+                Arc::new(made.map_err(|error| Error::NoWindow { reason: error.to_string() })?)
+            }
+        };
+        let screen = Screen::open(window, &event_loop.owned_display_handle(), &self.scene)?;
+        let info = screen.renderer.gpu().info();
+        self.panel.adapter = format!("{} ({:?})", info.name, info.backend);
+        screen.window.request_redraw();
+        self.screen = Some(screen);
+        Ok(())
+    }
+
+    /// Draws and shows a frame.
+    fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), Error> {
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        let Some(size) = screen.size() else { return Ok(()) };
+        if self.panel.turning {
+            self.orbit.turn(-TURN_STEP, 0.0);
+        }
+        let camera = self.orbit.camera();
+        self.panel.options.size = size;
+        self.panel.options.frozen =
+            if self.panel.frozen { self.panel.options.frozen.or(Some(camera)) } else { None };
+        let drawn = screen.renderer.draw(&self.scene, &camera, &self.panel.options);
+        match drawn {
+            Ok(stats) => {
+                self.panel.note(&stats);
+                self.stats = stats;
+            }
+            // A camera without a view keeps the last picture.
+            Err(Error::Camera { reason }) => self.panel.message = reason.to_owned(),
+            Err(error) => return Err(error),
+        }
+
+        let context = screen.egui.egui_ctx().clone();
+        let input = screen.egui.take_egui_input(&screen.window);
+        let mut wishes = Wishes::default();
+        let before = self.panel.options;
+        let mut output = context.run_ui(input, |ui| wishes = self.panel.show(ui, &self.stats));
+        let platform = std::mem::take(&mut output.platform_output);
+        screen.egui.handle_platform_output(&screen.window, platform);
+        let repaint = output.viewport_output.values().map(|viewport| viewport.repaint_delay).min();
+        let overlay = Overlay {
+            textures: std::mem::take(&mut output.textures_delta),
+            shapes: context.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point),
+            pixels_per_point: output.pixels_per_point,
+        };
+        let shown = screen.show(overlay)?;
+        let animated = repaint.is_some_and(|delay| delay.is_zero());
+        let again = self.panel.turning || animated || before != self.panel.options;
+        if shown == Shown::Again || (shown == Shown::Yes && again) {
+            screen.window.request_redraw();
+        }
+        match repaint.and_then(|delay| std::time::Instant::now().checked_add(delay)) {
+            Some(time) => event_loop.set_control_flow(ControlFlow::WaitUntil(time)),
+            None => event_loop.set_control_flow(ControlFlow::Wait),
+        }
+        if wishes.fit {
+            self.fit();
+        }
+        if wishes.screenshot {
+            self.screenshot();
+        }
+        Ok(())
+    }
+
+    /// Draws a frame; a lost device is rebuilt with everything on it.
+    fn frame_or_rebuild(&mut self, event_loop: &ActiveEventLoop) {
+        match self.frame(event_loop) {
+            Ok(()) => {}
+            Err(Error::DeviceLost { .. }) if self.rebuilds < REBUILDS => {
+                self.rebuilds += 1;
+                let window = self.screen.take().map(|screen| Arc::clone(&screen.window));
+                if let Err(error) = self.open(event_loop, window) {
+                    self.fail(event_loop, error);
+                }
+            }
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+
+    /// Sees everything again.
+    fn fit(&mut self) {
+        let [width, height] = self.panel.options.size.map(f64::from);
+        let fresh = Orbit::around(&self.scene.extremes(), self.fov, width / height.max(1.0));
+        self.orbit = fresh.seen_from(&self.orbit);
+        self.redraw();
+    }
+
+    /// Saves the picture, without the panel, under the first free name.
+    fn screenshot(&mut self) {
+        let Some(screen) = &self.screen else { return };
+        let path = loop {
+            let path = PathBuf::from(format!("fcview-{}.png", self.screenshots));
+            self.screenshots += 1;
+            if !path.exists() || self.screenshots > 100_000 {
+                break path;
+            }
+        };
+        let saved = screen.renderer.image(false).and_then(|image| image.write_png(&path));
+        self.panel.message = match saved {
+            Ok(()) => format!("saved {}", path.display()),
+            Err(error) => error.to_string(),
+        };
+        self.redraw();
+    }
+
+    fn redraw(&self) {
+        if let Some(screen) = &self.screen {
+            screen.window.request_redraw();
+        }
+    }
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.screen.is_none()
+            && let Err(error) = self.open(event_loop, None)
+        {
+            self.fail(event_loop, error);
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: winit::event::StartCause) {
+        if matches!(cause, winit::event::StartCause::ResumeTimeReached { .. }) {
+            self.redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(screen) = &mut self.screen else { return };
+        let response = screen.egui.on_window_event(&screen.window, &event);
+        if response.repaint && event != WindowEvent::RedrawRequested {
+            screen.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::RedrawRequested => self.frame_or_rebuild(event_loop),
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
+                screen.resize();
+                screen.window.request_redraw();
+            }
+            WindowEvent::Occluded(false) => screen.window.request_redraw(),
+            WindowEvent::ModifiersChanged(modifiers) => self.mouse.modifiers = modifiers.state(),
+            WindowEvent::CursorMoved { position, .. } => {
+                let height = screen.window.inner_size().height;
+                if self.mouse.moved(position, height, &mut self.orbit) {
+                    screen.window.request_redraw();
+                }
+            }
+            WindowEvent::CursorLeft { .. } => self.mouse.left(),
+            WindowEvent::MouseInput { state, button, .. } => {
+                self.mouse.button(button, state, !response.consumed);
+            }
+            WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
+                Mouse::wheel(delta, &mut self.orbit);
+                screen.window.request_redraw();
+            }
+            WindowEvent::KeyboardInput { event, .. }
+                if event.state == ElementState::Pressed && !response.consumed =>
+            {
+                match event.logical_key.as_ref() {
+                    Key::Character("f" | "F") => self.fit(),
+                    Key::Character("p" | "P") => self.screenshot(),
+                    Key::Character("q" | "Q") | Key::Named(NamedKey::Escape) => event_loop.exit(),
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        // The surface goes while its display is still there.
+        self.screen = None;
+    }
+}

@@ -1,0 +1,66 @@
+//! The `.fct` file: a binary tree of face clusters, written once and used in place.
+//!
+//! `SPEC.md` beside this crate is the contract of the format; this crate is its implementation:
+//!
+//! - [`Writer`] (or [`write()`]) makes a file out of [`TreeData`], all or nothing.
+//! - [`Tree::open`] maps a file and checks its container in constant time.
+//! - [`Tree::verify`] checks everything else: hashes, structure, values, geometry.
+//!
+//! A file is not to be trusted: its hashes find damage, not malice.
+//! Code that reads a [`Tree`] without verifying it first walks down with [`Tree::whole`] and [`Tree::children`]
+//! and reads boundaries with [`Tree::loops_of`], which check whatever they hand out,
+//! and treats vertex indices as possibly out of range.
+//!
+//! All lengths are in the unit of the input mesh; coordinates are right-handed.
+//!
+//! # Invariants
+//! - No panic and no unbounded recursion or allocation on any bytes.
+//! - The only `unsafe` is the map itself, in `map.rs`.
+//! - A published file is never edited, only replaced by rename.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss
+    )
+)]
+
+mod child;
+mod container;
+mod error;
+mod hash;
+mod header;
+mod map;
+mod meta;
+mod octahedral;
+mod publish;
+mod records;
+mod rule;
+mod section;
+mod tree;
+mod verify;
+mod walk;
+mod writer;
+
+pub use child::{Child, ChildRef};
+pub use error::{Error, Violation};
+pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
+pub use meta::{MAX_META_LEN, Meta};
+pub use octahedral::NormalRecord;
+pub use records::{
+    BoundingPolygonRecord, FaceRecord, GroupRecord, LOOP_END, MAX_DEPTH, MAX_FACES, NodeRecord, VertexRecord,
+    WeldRecord, pack, unpack,
+};
+pub use rule::Rule;
+pub use section::{MAX_SECTIONS, SectionInfo, Tag};
+pub use tree::Tree;
+pub use verify::Verified;
+pub use walk::{BoundaryLoop, Loops, Subtree};
+pub use writer::{TreeData, WriteOptions, Writer, Written, write};
+pub use zerocopy::little_endian::{F32, I16, U32};

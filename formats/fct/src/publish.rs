@@ -1,0 +1,175 @@
+//! Making a file appear all at once or not at all.
+//!
+//! A temporary in the same folder is filled, synced and checked, then renamed over the output; the folder is synced last.
+//! Whatever fails before the rename, the output is as it was and the temporary is gone.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use tempfile::NamedTempFile;
+
+use crate::error::Error;
+
+const SUFFIX: &str = ".fct-tmp";
+
+/// Names are at most 255 bytes on common file systems: 200 leave room for dots, random characters and the suffix.
+const MAX_STEM: usize = 200;
+
+/// A younger leftover may belong to a run that has created its temporary but not locked it yet.
+const LEFTOVER_AGE: Duration = Duration::from_secs(60);
+
+/// A file that is being written beside its final place.
+#[derive(Debug)]
+pub(crate) struct Pending {
+    temporary: NamedTempFile,
+    target: PathBuf,
+    overwrite: bool,
+}
+
+impl Pending {
+    /// Makes the temporary, so that an unwritable place is known before the long work begins.
+    pub(crate) fn create(target: &Path, overwrite: bool) -> Result<Self, Error> {
+        match fs::symlink_metadata(target) {
+            Ok(found) if found.is_dir() => {
+                return Err(Error::NotAFile { path: target.to_owned() });
+            }
+            Ok(_) if !overwrite => {
+                return Err(Error::Exists { path: target.to_owned() });
+            }
+            // Any other trouble with the place shows when the temporary is made.
+            _ => {}
+        }
+        let Some(name) = target.file_name() else {
+            return Err(Error::NotAFile { path: target.to_owned() });
+        };
+        let folder = folder_of(target);
+        let prefix = temporary_prefix(&name.to_string_lossy());
+        remove_leftovers(&folder, &prefix);
+        let temporary = temporary_builder(&prefix)
+            .tempfile_in(&folder)
+            .map_err(Error::io(target, "cannot create a file in this folder"))?;
+        // Held until the file is closed: it tells other runs that the temporary is in use.
+        // Not every file system can lock; without a lock the age of the temporary protects it.
+        let _ = temporary.as_file().try_lock();
+        Ok(Self { temporary, target: target.to_owned(), overwrite })
+    }
+
+    /// The final place, which errors speak of.
+    pub(crate) fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// The place until then.
+    pub(crate) fn temporary_path(&self) -> &Path {
+        self.temporary.path()
+    }
+
+    pub(crate) fn file_mut(&mut self) -> &mut File {
+        self.temporary.as_file_mut()
+    }
+
+    /// Brings the bytes to the disk.
+    pub(crate) fn sync(&self) -> Result<(), Error> {
+        let file = self.temporary.as_file();
+        // Never tried twice: after a failed sync the system may have dropped the pages and say that all is well.
+        file.sync_all().map_err(Error::io(&self.target, "cannot bring the file to the disk"))?;
+        // On Windows a lock keeps every other handle from reading, also the one that checks the file next.
+        // The file was written a moment ago, so its age protects it now.
+        let _ = file.unlock();
+        Ok(())
+    }
+
+    /// Moves the file to its final place. A symbolic link there is replaced, not followed.
+    pub(crate) fn publish(self) -> Result<(), Error> {
+        let Self { temporary, target, overwrite } = self;
+        let result =
+            if overwrite { temporary.persist(&target) } else { temporary.persist_noclobber(&target) };
+        if let Err(failed) = result {
+            return Err(match failed.error.kind() {
+                std::io::ErrorKind::AlreadyExists => Error::Exists { path: target },
+                _ => Error::io(&target, "cannot move the finished file to its place")(failed.error),
+            });
+        }
+        sync_folder(&target)
+    }
+}
+
+fn folder_of(target: &Path) -> PathBuf {
+    match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn temporary_prefix(name: &str) -> String {
+    let end = name.floor_char_boundary(MAX_STEM);
+    format!(".{}.", name.get(..end).unwrap_or_default())
+}
+
+fn temporary_builder(prefix: &str) -> tempfile::Builder<'_, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(prefix).suffix(SUFFIX);
+    #[cfg(unix)]
+    {
+        // The default is for the owner alone; a published file is like any other, as the umask says.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder
+}
+
+/// Removes temporaries of earlier runs that were killed. Best effort: what cannot be removed does no harm.
+fn remove_leftovers(folder: &Path, prefix: &str) {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let ours = name.starts_with(prefix) && name.ends_with(SUFFIX);
+        if ours && is_abandoned(&entry) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+fn is_abandoned(entry: &fs::DirEntry) -> bool {
+    let old = entry
+        .metadata()
+        .ok()
+        .filter(fs::Metadata::is_file)
+        .and_then(|m| m.modified().ok())
+        .and_then(|t| t.elapsed().ok())
+        .is_some_and(|age| age > LEFTOVER_AGE);
+    old && File::options().write(true).open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
+}
+
+/// Makes the rename itself last.
+#[cfg(unix)]
+fn sync_folder(target: &Path) -> Result<(), Error> {
+    let folder = folder_of(target);
+    let sync = File::open(&folder).and_then(|f| f.sync_all());
+    match sync {
+        Ok(()) => Ok(()),
+        // Some file systems cannot sync a folder; the file is complete and in its place all the same.
+        Err(e)
+            if matches!(
+                e.kind(),
+                std::io::ErrorKind::InvalidInput
+                    | std::io::ErrorKind::Unsupported
+                    | std::io::ErrorKind::PermissionDenied
+            ) =>
+        {
+            Ok(())
+        }
+        Err(e) => {
+            Err(Error::io(target, "the file is in its place, but cannot bring the folder to the disk")(e))
+        }
+    }
+}
+
+#[cfg(not(unix))]
+fn sync_folder(_target: &Path) -> Result<(), Error> {
+    Ok(())
+}

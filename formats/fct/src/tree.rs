@@ -1,0 +1,181 @@
+//! A `.fct` file opened for reading.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use zerocopy::{FromBytes, Immutable, KnownLayout, Unaligned};
+
+use crate::child::ChildRef;
+use crate::container::{Container, Spans};
+use crate::error::Error;
+use crate::header::Header;
+use crate::map::Backing;
+use crate::meta::Meta;
+use crate::octahedral::NormalRecord;
+use crate::records::{BoundingPolygonRecord, FaceRecord, GroupRecord, NodeRecord, VertexRecord, WeldRecord};
+use crate::section::SectionInfo;
+use crate::verify::{self, Verified};
+use zerocopy::little_endian::U32;
+
+/// A tree of face clusters, used in place.
+///
+/// Opening checks the container only: the slices hold whatever the file holds.
+/// Walk down by [`Tree::whole`] and [`Tree::children`], or call [`Tree::verify`] first.
+pub struct Tree {
+    backing: Backing,
+    path: PathBuf,
+    header: Header,
+    meta: Meta,
+    sections: Vec<SectionInfo>,
+    spans: Spans,
+}
+
+impl Tree {
+    /// Maps a file and checks its container: header, section table, counts, description. The cost does not grow with the file.
+    ///
+    /// The file must not be edited or truncated while it is open; replacing it by rename is fine.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::NotAFile`] when the file cannot be mapped, [`Error::Invalid`] when a rule is broken.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        Self::open_as(path, path)
+    }
+
+    /// Opens the file at `path`; errors speak of `shown`.
+    pub(crate) fn open_as(path: &Path, shown: &Path) -> Result<Self, Error> {
+        // Asked by name first, since opening a pipe would wait for a writer.
+        let kind = fs::metadata(path).map_err(Error::io(shown, "cannot open"))?;
+        if !kind.is_file() {
+            return Err(Error::NotAFile { path: shown.to_owned() });
+        }
+        let file = File::open(path).map_err(Error::io(shown, "cannot open"))?;
+        let len = file.metadata().map_err(Error::io(shown, "cannot ask the length"))?.len();
+        let backing = if len == 0 {
+            // An empty range cannot be mapped everywhere.
+            Backing::Bytes(Vec::new())
+        } else {
+            Backing::map(&file).map_err(Error::io(shown, "cannot map into memory"))?
+        };
+        Self::new(backing, shown)
+    }
+
+    /// The same for bytes in memory; errors speak of a file `<memory>`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when a rule is broken.
+    pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, Error> {
+        Self::new(Backing::Bytes(bytes), Path::new("<memory>"))
+    }
+
+    fn new(backing: Backing, path: &Path) -> Result<Self, Error> {
+        let Container { header, meta, sections, spans } =
+            Container::parse(backing.bytes()).map_err(|v| v.at(path))?;
+        Ok(Self { backing, path: path.to_owned(), header, meta, sections, spans })
+    }
+
+    /// Checks everything that [`Tree::open`] does not: hashes, padding, structure, values and geometry.
+    ///
+    /// Reads the whole file; the time grows with its size, and memory by a bit a loop entry.
+    ///
+    /// # Errors
+    /// The first broken rule, as [`Error::Invalid`]; [`Error::Limit`] when the memory is not there.
+    pub fn verify(&self) -> Result<Verified, Error> {
+        verify::verify(self)
+    }
+
+    /// The path it was opened by.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The root: node 0, or face 0 when there is but one face.
+    pub fn root(&self) -> ChildRef {
+        self.header.root
+    }
+
+    /// What the header says.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// What section `META` says.
+    pub fn meta(&self) -> &Meta {
+        &self.meta
+    }
+
+    /// All sections, in file order, unknown ones too.
+    pub fn sections(&self) -> &[SectionInfo] {
+        &self.sections
+    }
+
+    /// Interior nodes in preorder.
+    pub fn nodes(&self) -> &[NodeRecord] {
+        self.records(self.spans.node.clone())
+    }
+
+    /// Vertices in order of first use by the faces.
+    pub fn vertices(&self) -> &[VertexRecord] {
+        self.records(self.spans.vert.clone())
+    }
+
+    /// Faces in tree order: every cluster owns a contiguous range.
+    pub fn faces(&self) -> &[FaceRecord] {
+        self.records(self.spans.face.clone())
+    }
+
+    /// Boundary loops of all nodes, see [`Tree::loops_of`].
+    pub fn loops(&self) -> &[U32] {
+        self.records(self.spans.loops.clone())
+    }
+
+    /// Copies made by cutting seams, sorted by vertex; may be empty.
+    pub fn weld(&self) -> &[WeldRecord] {
+        self.records(self.spans.weld.clone())
+    }
+
+    /// Bounding polygons, sorted by node; may be empty.
+    pub fn bounding_polygons(&self) -> &[BoundingPolygonRecord] {
+        self.records(self.spans.bpol.clone())
+    }
+
+    /// A normal a vertex, if the file has them.
+    pub fn normals(&self) -> Option<&[NormalRecord]> {
+        Some(self.records(self.spans.norm.clone()?))
+    }
+
+    /// Red, green, blue (sRGB) and alpha a vertex, if the file has them.
+    pub fn colors(&self) -> Option<&[[u8; 4]]> {
+        Some(self.records(self.spans.colr.clone()?))
+    }
+
+    /// Component groups, sorted by first face; may be empty.
+    pub fn groups(&self) -> &[GroupRecord] {
+        self.records(self.spans.grup.clone())
+    }
+
+    /// The bytes of the whole file.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        self.backing.bytes()
+    }
+
+    /// The range was checked on opening to lie in the file and to hold whole elements, so neither default is ever taken.
+    fn records<T>(&self, range: std::ops::Range<usize>) -> &[T]
+    where
+        T: FromBytes + Immutable + KnownLayout + Unaligned,
+    {
+        let bytes = self.bytes().get(range).unwrap_or_default();
+        <[T]>::ref_from_bytes(bytes).unwrap_or_default()
+    }
+}
+
+impl std::fmt::Debug for Tree {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tree").field("path", &self.path).field("header", &self.header).finish_non_exhaustive()
+    }
+}
+
+// Cuts are taken by many threads from one tree.
+const _: () = {
+    const fn shared<T: Send + Sync>() {}
+    shared::<Tree>();
+};

@@ -1,0 +1,64 @@
+//! The complete check of a file: what opening leaves out.
+//!
+//! Bytes first, so that damage is called damage; then the records that stand alone; then one walk from the root,
+//! in which nodes, faces, loops, bounding polygons and groups are all met in file order.
+//! The checks use arithmetic of their own, not the builder's, so that both must be wrong for a mistake to pass.
+
+mod attached;
+mod boundary;
+mod bytes;
+mod cones;
+mod descent;
+mod polygons;
+mod spheres;
+mod values;
+mod vector;
+
+use crate::error::Error;
+use crate::tree::Tree;
+
+/// What was found in a file that keeps every rule.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Verified {
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Interior nodes.
+    pub nodes: u64,
+    /// Faces.
+    pub faces: u64,
+    /// Vertices.
+    pub vertices: u64,
+    /// Entries in boundary loops.
+    pub loop_entries: u64,
+    /// Child references on the longest way from the root to a face.
+    pub depth: u32,
+    /// XXH3-128 of all sections.
+    pub content_id: u128,
+}
+
+pub(crate) fn verify(tree: &Tree) -> Result<Verified, Error> {
+    let path = tree.path();
+    bytes::check(tree).map_err(|v| v.at(path))?;
+    values::check_vertices(tree.vertices()).map_err(|v| v.at(path))?;
+    attached::check_weld(tree).map_err(|v| v.at(path))?;
+    let mut covered = boundary::Covered::for_entries(tree.loops().len()).ok_or_else(|| {
+        Error::limit(
+            path,
+            format!("{} loop entries to mark", tree.loops().len()),
+            "the memory of this machine",
+        )
+    })?;
+    let found = descent::check(tree, &mut covered).map_err(|v| v.at(path))?;
+    attached::check_meta(tree, &found).map_err(|v| v.at(path))?;
+    let header = tree.header();
+    Ok(Verified {
+        bytes: header.file_len,
+        nodes: header.node_count,
+        faces: header.face_count,
+        vertices: header.vertex_count,
+        loop_entries: u64::try_from(tree.loops().len()).unwrap_or(u64::MAX),
+        depth: found.depth,
+        content_id: header.content_id,
+    })
+}

@@ -1,0 +1,275 @@
+//! Writing a file, all or nothing.
+
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use zerocopy::IntoBytes;
+use zerocopy::little_endian::U32;
+
+use crate::child::ChildRef;
+use crate::container::{Counts, check_counts, check_root};
+use crate::error::Error;
+use crate::hash::{hash64, hash64_of, hash128_of};
+use crate::header::{ENTRY_LEN, HASHED_LEN, HEADER_LEN, Header, MAJOR, MINOR};
+use crate::meta::{MAX_META_LEN, Meta};
+use crate::octahedral::NormalRecord;
+use crate::publish::Pending;
+use crate::records::{
+    BoundingPolygonRecord, FaceRecord, GroupRecord, MAX_FACES, NodeRecord, VertexRecord, WeldRecord,
+};
+use crate::section::{SectionInfo, Tag, align_up};
+use crate::tree::Tree;
+
+/// Everything that a file holds.
+#[derive(Clone, Copy, Debug)]
+pub struct TreeData<'a> {
+    /// Node 0, or face 0 when there is but one face.
+    pub root: ChildRef,
+    /// The description.
+    pub meta: &'a Meta,
+    /// Interior nodes in preorder, one less than faces.
+    pub nodes: &'a [NodeRecord],
+    /// Vertices in order of first use by the faces.
+    pub vertices: &'a [VertexRecord],
+    /// Faces in tree order.
+    pub faces: &'a [FaceRecord],
+    /// Boundary loops of the nodes; [`crate::LOOP_END`] set in the last entry of each loop.
+    pub loops: &'a [U32],
+    /// Copies made by cutting seams, sorted by vertex. Left out of the file when empty.
+    pub weld: &'a [WeldRecord],
+    /// Bounding polygons sorted by node. Left out of the file when empty.
+    pub bounding_polygons: &'a [BoundingPolygonRecord],
+    /// A normal a vertex.
+    pub normals: Option<&'a [NormalRecord]>,
+    /// Red, green, blue (sRGB) and alpha a vertex.
+    pub colors: Option<&'a [[u8; 4]]>,
+    /// Component groups sorted by first face. Left out of the file when empty.
+    pub groups: &'a [GroupRecord],
+}
+
+/// How [`write()`] deals with the output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// Replace an existing file.
+    pub overwrite: bool,
+    /// Any number that tells the input and the settings, such as a hash of both.
+    pub source_id: u128,
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Written {
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// XXH3-128 of all sections: equal for equal contents.
+    pub content_id: u128,
+    /// Tag and bytes of each section, in file order.
+    pub sections: Vec<(String, u64)>,
+}
+
+/// Writes a file: [`Writer::create`], then [`Writer::finish`].
+///
+/// # Errors
+/// As those two.
+pub fn write(path: &Path, data: &TreeData<'_>, options: &WriteOptions) -> Result<Written, Error> {
+    Writer::create(path, options.overwrite)?.finish(data, options.source_id)
+}
+
+/// A file that is not there yet. Dropping it leaves nothing behind.
+#[derive(Debug)]
+pub struct Writer {
+    pending: Pending,
+}
+
+impl Writer {
+    /// Prepares to write `path`: makes a temporary in its folder, so that a builder learns of an unwritable place before the long work.
+    ///
+    /// # Errors
+    /// [`Error::Exists`] without `overwrite` when something is there, [`Error::NotAFile`] for a directory,
+    /// [`Error::Io`] when the folder is missing or not writable.
+    pub fn create(path: &Path, overwrite: bool) -> Result<Self, Error> {
+        Ok(Self { pending: Pending::create(path, overwrite)? })
+    }
+
+    /// Writes everything, brings it to the disk, opens it again as a check, and moves it to its place.
+    ///
+    /// Counts are checked here; for structure, values and geometry call [`Tree::verify`] on the result.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for more than the format can hold, [`Error::Invalid`] for counts that do not agree,
+    /// [`Error::Io`] when the system refuses; the output is then as it was and no temporary stays.
+    pub fn finish(mut self, data: &TreeData<'_>, source_id: u128) -> Result<Written, Error> {
+        let target = self.pending.target().to_owned();
+        check_limits(data, &target)?;
+        check_counts(&counts_of(data)).map_err(|v| v.at(&target))?;
+        check_root(data.root, as_count(data.faces)).map_err(|v| v.at(&target))?;
+        let meta = data
+            .meta
+            .encode()
+            .map_err(|found| Error::limit(&target, found, format!("{MAX_META_LEN} bytes")))?;
+
+        let payloads = payloads_of(data, &meta);
+        let sections = place(&payloads)
+            .ok_or_else(|| Error::limit(&target, "a file of 2^64 bytes or more", "2^64 bytes"))?;
+        let content_id = hash128_of(payloads.iter().map(|(_, bytes)| *bytes));
+        let bytes = sections.last().map_or(0, SectionInfo::end);
+        let head = head_of(data, &sections, content_id, source_id, bytes);
+
+        write_out(self.pending.file_mut(), &head, &sections, &payloads)
+            .map_err(Error::io(&target, format!("cannot write the {bytes} bytes of the file")))?;
+        self.pending.sync()?;
+        // Catches mistakes of ours and of the disk while the old file is still in its place.
+        let reopened = Tree::open_as(self.pending.temporary_path(), &target)?;
+        drop(reopened);
+        self.pending.publish()?;
+
+        Ok(Written {
+            bytes,
+            content_id,
+            sections: sections.iter().map(|s| (s.tag.to_string(), s.length)).collect(),
+        })
+    }
+}
+
+type Payload<'a> = (Tag, &'a [u8]);
+
+/// The sections in file order: the description first, so that a look at the first page tells what the file is,
+/// then what every cut reads, then what few do.
+fn payloads_of<'a>(data: &TreeData<'a>, meta: &'a [u8]) -> Vec<Payload<'a>> {
+    let mut payloads = vec![
+        (Tag::META, meta),
+        (Tag::NODE, data.nodes.as_bytes()),
+        (Tag::VERT, data.vertices.as_bytes()),
+        (Tag::FACE, data.faces.as_bytes()),
+        (Tag::LOOP, data.loops.as_bytes()),
+    ];
+    let lists = [
+        (Tag::WELD, data.weld.as_bytes()),
+        (Tag::BPOL, data.bounding_polygons.as_bytes()),
+        (Tag::GRUP, data.groups.as_bytes()),
+    ];
+    payloads.extend(lists.into_iter().filter(|(_, bytes)| !bytes.is_empty()));
+    payloads.extend(data.normals.map(|n| (Tag::NORM, n.as_bytes())));
+    payloads.extend(data.colors.map(|c| (Tag::COLR, c.as_bytes())));
+    payloads
+}
+
+/// Gives every section its place and its hash, or none if the file would be too long for a file.
+fn place(payloads: &[Payload<'_>]) -> Option<Vec<SectionInfo>> {
+    let mut end = head_len(payloads.len())?;
+    let mut sections = Vec::with_capacity(payloads.len());
+    for &(tag, bytes) in payloads {
+        let offset = align_up(end, tag.align_log2())?;
+        let length = u64::try_from(bytes.len()).ok()?;
+        end = offset.checked_add(length)?;
+        let elem_size = tag.element_size()?;
+        sections.push(SectionInfo {
+            tag,
+            must_understand: tag.must_understand(),
+            offset,
+            length,
+            elem_size,
+            elem_count: length.checked_div(u64::from(elem_size))?,
+            align_log2: tag.align_log2(),
+            hash: hash64(bytes),
+        });
+    }
+    Some(sections)
+}
+
+fn head_len(sections: usize) -> Option<u64> {
+    let table = sections.checked_mul(ENTRY_LEN)?;
+    u64::try_from(HEADER_LEN.checked_add(table)?).ok()
+}
+
+/// Header and section table.
+fn head_of(
+    data: &TreeData<'_>,
+    sections: &[SectionInfo],
+    content_id: u128,
+    source_id: u128,
+    file_len: u64,
+) -> Vec<u8> {
+    let mut header = Header {
+        major: MAJOR,
+        minor: MINOR,
+        file_len,
+        required_features: 0,
+        optional_features: 0,
+        section_count: u32::try_from(sections.len()).unwrap_or(u32::MAX),
+        section_entry_size: u32::try_from(ENTRY_LEN).unwrap_or(u32::MAX),
+        node_count: as_count(data.nodes),
+        vertex_count: as_count(data.vertices),
+        face_count: as_count(data.faces),
+        content_id,
+        source_id,
+        root: data.root,
+        hash: 0,
+    };
+    let table: Vec<u8> = sections.iter().flat_map(SectionInfo::to_bytes).collect();
+    let hashed = header.to_bytes();
+    header.hash = hash64_of(&[hashed.get(..HASHED_LEN).unwrap_or_default(), &table]);
+    let mut head = header.to_bytes().to_vec();
+    head.extend_from_slice(&table);
+    head
+}
+
+/// Zeros in the header's place first and the header last: until the end the file is not one.
+fn write_out(
+    file: &mut std::fs::File,
+    head: &[u8],
+    sections: &[SectionInfo],
+    payloads: &[Payload<'_>],
+) -> io::Result<()> {
+    let mut out = BufWriter::with_capacity(1 << 20, file);
+    let mut at = u64::try_from(head.len()).map_err(io::Error::other)?;
+    out.write_all(&vec![0; head.len()])?;
+    for (section, (_, bytes)) in sections.iter().zip(payloads) {
+        let padding = section.offset.saturating_sub(at);
+        let padding = usize::try_from(padding).map_err(io::Error::other)?;
+        out.write_all(&vec![0; padding])?;
+        out.write_all(bytes)?;
+        at = section.end();
+    }
+    out.seek(SeekFrom::Start(0))?;
+    out.write_all(head)?;
+    out.flush()
+}
+
+/// A sum too large for the format is the user's to know about; counts that contradict each other are a mistake of the caller's.
+fn check_limits(data: &TreeData<'_>, target: &Path) -> Result<(), Error> {
+    if as_count(data.faces) > MAX_FACES {
+        return Err(Error::limit(
+            target,
+            format!("{} faces", data.faces.len()),
+            format!("{MAX_FACES} faces; split the model"),
+        ));
+    }
+    if u32::try_from(data.loops.len()).is_err() {
+        return Err(Error::limit(
+            target,
+            format!("{} entries in boundary loops", data.loops.len()),
+            format!("{} entries; split the model", u32::MAX),
+        ));
+    }
+    Ok(())
+}
+
+fn counts_of(data: &TreeData<'_>) -> Counts {
+    Counts {
+        nodes: as_count(data.nodes),
+        vertices: as_count(data.vertices),
+        faces: as_count(data.faces),
+        loops: as_count(data.loops),
+        weld: as_count(data.weld),
+        bounding_polygons: as_count(data.bounding_polygons),
+        groups: as_count(data.groups),
+        normals: data.normals.map(as_count),
+        colors: data.colors.map(as_count),
+    }
+}
+
+fn as_count<T>(items: &[T]) -> u64 {
+    u64::try_from(items.len()).unwrap_or(u64::MAX)
+}

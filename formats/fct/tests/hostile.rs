@@ -1,0 +1,523 @@
+//! Promise: a file whose hashes were made right again is still refused when it breaks a rule,
+//! by the rule's own name, without a panic and without a hang.
+
+mod sample;
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use fct::{Child, Rule, Tree};
+use sample::{Sample, Split, rehash, rehash_header, section};
+
+/// A way to break a file.
+enum Break {
+    /// Before writing: all hashes come out right.
+    Data(fn(&mut Sample)),
+    /// After writing: hashes are made right again.
+    Bytes(fn(&mut Vec<u8>)),
+    /// After writing, and header and table hash made right again, the others not.
+    Header(fn(&mut Vec<u8>)),
+    /// After writing, and nothing made right.
+    Raw(fn(&mut Vec<u8>)),
+}
+use Break::{Bytes, Data, Header, Raw};
+
+impl Break {
+    fn apply(&self, sample: &Sample) -> Vec<u8> {
+        let mut sample = sample.clone();
+        if let Data(edit) = self {
+            edit(&mut sample);
+        }
+        let mut bytes = sample.bytes();
+        match self {
+            Data(_) => {}
+            Bytes(edit) => {
+                edit(&mut bytes);
+                rehash(&mut bytes);
+            }
+            Header(edit) => {
+                edit(&mut bytes);
+                rehash_header(&mut bytes);
+            }
+            Raw(edit) => edit(&mut bytes),
+        }
+        bytes
+    }
+}
+
+fn put(bytes: &mut [u8], at: usize, value: &[u8]) {
+    bytes[at..at + value.len()].copy_from_slice(value);
+}
+
+/// Edits the entry of a section in the table at an offset within the entry.
+fn put_entry(bytes: &mut [u8], tag: &[u8; 4], at: usize, value: &[u8]) {
+    let (entry, _, _) = section(bytes, tag);
+    put(bytes, entry + at, value);
+}
+
+const NAN: f32 = f32::NAN;
+
+/// Each rule of the format with ways to break it.
+const BREAKS: &[(Rule, &[Break])] = &[
+    (Rule::Signature, &[Raw(|b| b[0] = 0), Bytes(|b| b[7] = 0)]),
+    (Rule::TooShort, &[Raw(|b| b.truncate(127))]),
+    (Rule::ByteOrder, &[Bytes(|b| b[12] = 0)]),
+    (Rule::Version, &[Bytes(|b| b[8] = 1), Bytes(|b| b[10] = 2)]),
+    (Rule::FileLength, &[Bytes(|b| b[16] ^= 1), Bytes(|b| put(b, 16, &[0xFF; 8]))]),
+    (Rule::Features, &[Bytes(|b| b[31] = 0x80)]),
+    (Rule::HeaderHash, &[Raw(|b| b[96] ^= 1), Raw(|b| b[120] ^= 1)]),
+    (
+        Rule::ReservedZero,
+        &[
+            Bytes(|b| b[116] = 1),
+            Bytes(|b| put_entry(b, b"NODE", 4, &[3])),
+            Bytes(|b| put_entry(b, b"NODE", 30, &[1])),
+            Bytes(|b| put_entry(b, b"NODE", 63, &[1])),
+            Data(|s| s.bounding_polygons[1].flags = 1.into()),
+        ],
+    ),
+    (
+        Rule::SectionCount,
+        &[Raw(|b| put(b, 40, &[0; 4])), Raw(|b| put(b, 40, &[65, 0, 0, 0])), Raw(|b| put(b, 40, &[0xFF; 4]))],
+    ),
+    (
+        Rule::TablePlace,
+        &[
+            Bytes(|b| b[44] = 32),
+            Bytes(|b| b[44] = 65),
+            Raw(|b| put(b, 44, &[0xF8, 0xFF, 0xFF, 0xFF])),
+            Bytes(|b| b[48] = 64),
+        ],
+    ),
+    (
+        Rule::SectionPlace,
+        &[
+            Header(|b| put_entry(b, b"NODE", 8, &[0xFF; 8])),
+            Header(|b| put_entry(b, b"NODE", 9, &[0])),
+            Header(|b| put_entry(b, b"NODE", 28, &[6])),
+            Header(|b| put_entry(b, b"NODE", 28, &[63])),
+            Header(|b| put_entry(b, b"NODE", 28, &[200])),
+            // An overlap: vertices where the nodes are.
+            Header(|b| {
+                let (_, start, _) = section(b, b"NODE");
+                put_entry(b, b"VERT", 8, &(start as u64).to_le_bytes());
+            }),
+            // A length that wraps, of a section that agrees with itself.
+            Header(|b| {
+                let count = 0x0FFF_FFFF_FFFF_FF00_u64 >> 2;
+                put_entry(b, b"LOOP", 16, &(count * 4).to_le_bytes());
+                put_entry(b, b"LOOP", 32, &count.to_le_bytes());
+            }),
+            // A hole at the end of the file.
+            Header(|b| {
+                b.extend([0; 64]);
+                let len = b.len() as u64;
+                put(b, 16, &len.to_le_bytes());
+            }),
+        ],
+    ),
+    (
+        Rule::SectionSize,
+        &[
+            Header(|b| put_entry(b, b"NODE", 24, &[65])),
+            Header(|b| put_entry(b, b"NODE", 24, &[0])),
+            Header(|b| put_entry(b, b"NODE", 32, &[1])),
+            // 2^58 nodes of 64 bytes: the product wraps to 0.
+            Header(|b| {
+                put_entry(b, b"NODE", 16, &[0; 8]);
+                put_entry(b, b"NODE", 32, &(1_u64 << 58).to_le_bytes());
+            }),
+        ],
+    ),
+    (
+        Rule::SectionTag,
+        &[Header(|b| {
+            put_entry(b, b"COLR", 0, b"NORM");
+        })],
+    ),
+    (
+        Rule::SectionRequired,
+        &[
+            Header(|b| {
+                put_entry(b, b"LOOP", 4, &[0]);
+                put_entry(b, b"LOOP", 0, b"Loop");
+            }),
+            Header(|b| {
+                put_entry(b, b"META", 4, &[0]);
+                put_entry(b, b"META", 0, b"Meta");
+            }),
+        ],
+    ),
+    (Rule::SectionKnown, &[Header(|b| put_entry(b, b"LOOP", 0, b"Loop"))]),
+    (Rule::HashKind, &[Header(|b| put_entry(b, b"LOOP", 29, &[2]))]),
+    (
+        Rule::Counts,
+        &[
+            // A billion nodes in a few KiB.
+            Bytes(|b| put(b, 56, &1_000_000_000_u64.to_le_bytes())),
+            Bytes(|b| b[64] ^= 1),
+            Bytes(|b| b[72] ^= 1),
+        ],
+    ),
+    (
+        Rule::RootPlace,
+        &[Bytes(|b| put(b, 112, &1_u32.to_le_bytes())), Bytes(|b| put(b, 112, &(1_u32 << 31).to_le_bytes()))],
+    ),
+    (
+        Rule::MetaReadable,
+        &[Bytes(|b| {
+            let (_, start, _) = section(b, b"META");
+            // 253 introduces a 64-bit length, here of the first string.
+            put(b, start, &[253, 0, 0, 0, 0, 0, 0, 0, 0x40]);
+        })],
+    ),
+    (
+        Rule::SectionHash,
+        &[
+            Raw(|b| {
+                let (_, start, _) = section(b, b"NODE");
+                b[start] ^= 1;
+            }),
+            Header(|b| put_entry(b, b"COLR", 40, &[1, 2, 3])),
+        ],
+    ),
+    (Rule::ContentId, &[Header(|b| b[80] ^= 1)]),
+    (
+        Rule::PaddingZero,
+        &[Bytes(|b| {
+            let (_, start, _) = section(b, b"NODE");
+            b[start - 1] = 1;
+        })],
+    ),
+    (
+        Rule::ChildPlace,
+        &[
+            // A cycle, a way up, a shared child, out of range, and kinds exchanged.
+            Data(|s| s.nodes[3].left = 3.into()),
+            Data(|s| s.nodes[3].left = 0.into()),
+            Data(|s| s.nodes[1].left = s.nodes[0].right),
+            Data(|s| s.nodes[0].left = 2.into()),
+            Data(|s| s.nodes[0].right = 0x7FFF_FFFF.into()),
+            Data(|s| s.nodes[0].left = (1 << 31).into()),
+            Data(|s| {
+                let last = s.nodes.len() - 1;
+                s.nodes[last].left = u32::MAX.into();
+            }),
+        ],
+    ),
+    (
+        Rule::FaceRange,
+        &[
+            Data(|s| s.nodes[0].first_face = 1.into()),
+            Data(|s| s.nodes[5].first_face = u32::MAX.into()),
+            Data(|s| {
+                let right = s.nodes[0].right.get() as usize;
+                s.nodes[right].first_face = 0.into();
+            }),
+            Data(|s| s.nodes[0].right = s.nodes[0].left),
+        ],
+    ),
+    (Rule::Depth, &[Data(|s| *s = Sample::fan(200, Split::OneByOne))]),
+    (
+        Rule::VertexIndex,
+        &[
+            Data(|s| s.faces[7].vertices[2] = u32::MAX.into()),
+            Data(|s| s.faces[47].vertices[1] = (s.vertices.len() as u32).into()),
+            Data(|s| s.loops[0] = 0x7FFF_FFFF.into()),
+            Data(|s| s.weld[0].representative = u32::MAX.into()),
+        ],
+    ),
+    (
+        Rule::VertexOrder,
+        &[
+            Data(|s| s.faces[0].vertices[0] = 1.into()),
+            Data(|s| {
+                let last = s.vertices[0];
+                s.vertices.push(last);
+                s.normals = None;
+                s.colors = None;
+            }),
+        ],
+    ),
+    (
+        Rule::LoopRange,
+        &[
+            Data(|s| s.nodes[0].loop_start = u32::MAX.into()),
+            Data(|s| s.nodes[0].loop_len = u32::MAX.into()),
+            Data(|s| s.nodes[4].loop_len = (s.nodes[4].loop_len.get() - 1).into()),
+        ],
+    ),
+    (
+        Rule::LoopCover,
+        &[
+            Data(|s| s.loops.push(fct::LOOP_END.into())),
+            // The virtual root and the patch below it share the patch's rim.
+            Data(|s| s.nodes[1].loop_start = s.nodes[0].loop_start),
+        ],
+    ),
+    (
+        Rule::LoopBoundary,
+        &[
+            Data(|s| {
+                let start = s.nodes[4].loop_start.get() as usize;
+                s.loops.swap(start, start + 1);
+            }),
+            Data(|s| {
+                let start = s.nodes[4].loop_start.get() as usize;
+                s.loops[start] = (s.loops[start].get() | fct::LOOP_END).into();
+            }),
+            // A node that is drawn without its loops.
+            Data(|s| {
+                let last = s.nodes.len() - 1;
+                let dropped = s.nodes[last].loop_len.get() as usize;
+                let start = s.nodes[last].loop_start.get() as usize;
+                s.nodes[last].loop_len = 0.into();
+                s.loops.drain(start..start + dropped);
+                for node in &mut s.nodes {
+                    if node.loop_start.get() as usize > start {
+                        node.loop_start = (node.loop_start.get() - dropped as u32).into();
+                    }
+                }
+            }),
+        ],
+    ),
+    (
+        Rule::WeldOrder,
+        &[
+            Data(|s| s.weld.reverse()),
+            Data(|s| s.weld[1] = s.weld[0]),
+            Data(|s| s.weld[0].representative = s.weld[0].vertex),
+            Data(|s| s.weld[0].representative = s.weld[1].vertex),
+        ],
+    ),
+    (
+        Rule::WeldEqual,
+        &[
+            Data(|s| s.weld[0].representative = 0.into()),
+            Data(|s| {
+                let copy = s.weld[2].vertex.get() as usize;
+                s.vertices[copy].budget = 3.0.into();
+            }),
+        ],
+    ),
+    (
+        Rule::PolygonOrder,
+        &[
+            Data(|s| s.bounding_polygons.swap(0, 1)),
+            Data(|s| s.bounding_polygons[1] = s.bounding_polygons[0]),
+            Data(|s| s.bounding_polygons[2].node = u32::MAX.into()),
+        ],
+    ),
+    (
+        Rule::GroupRange,
+        &[
+            Data(|s| s.groups.swap(0, 1)),
+            Data(|s| s.groups[1] = s.groups[0]),
+            Data(|s| s.groups[0].name = 2.into()),
+            Data(|s| s.groups[0].face_count = 1.into()),
+            Data(|s| s.groups[1].first_face = 0.into()),
+            Data(|s| s.groups[1].root = u32::MAX.into()),
+            // Nested: the whole and a part of it.
+            Data(|s| {
+                s.groups[0].root = 0.into();
+                s.groups[0].face_count = 48.into();
+            }),
+        ],
+    ),
+    (
+        Rule::MetaAgrees,
+        &[
+            Data(|s| s.meta.faces_in += 1),
+            Data(|s| s.meta.faces_kept -= 1),
+            Data(|s| s.meta.dropped = vec![(String::new(), u64::MAX); 2]),
+            Data(|s| s.meta.depth += 1),
+            Data(|s| s.meta.bounds_max[2] *= 2.0),
+            Data(|s| s.meta.bounds_min[0] = NAN),
+            Data(|s| {
+                *s = Sample::fan(5, Split::Halves);
+                s.meta.closed = true;
+            }),
+        ],
+    ),
+    (
+        Rule::Finite,
+        &[
+            Data(|s| s.nodes[3].center[1] = NAN.into()),
+            Data(|s| s.nodes[3].radius = f32::INFINITY.into()),
+            Data(|s| s.nodes[3].bound = NAN.into()),
+            Data(|s| s.nodes[3].budget = NAN.into()),
+            Data(|s| s.nodes[3].epsilon = f32::INFINITY.into()),
+            Data(|s| s.vertices[3].position[0] = f32::NEG_INFINITY.into()),
+            Data(|s| s.vertices[3].center[0] = NAN.into()),
+            Data(|s| s.vertices[3].radius = NAN.into()),
+            Data(|s| s.vertices[3].bound = NAN.into()),
+            Data(|s| s.bounding_polygons[0].support[7] = NAN.into()),
+            Data(|s| s.bounding_polygons[0].origin[0] = NAN.into()),
+            Data(|s| s.bounding_polygons[0].low = 100.0.into()),
+            Data(|s| s.meta.origin[2] = f64::NAN),
+        ],
+    ),
+    (
+        Rule::NotNegative,
+        &[
+            Data(|s| s.nodes[3].radius = (-1.0).into()),
+            Data(|s| s.nodes[3].bound = (-1.0).into()),
+            Data(|s| s.nodes[3].budget = f32::NEG_INFINITY.into()),
+            Data(|s| s.nodes[3].epsilon = (-1e-30).into()),
+            Data(|s| s.vertices[0].radius = (-1.0).into()),
+            Data(|s| s.vertices[0].budget = (-1.0).into()),
+        ],
+    ),
+    (
+        Rule::UnitVector,
+        &[
+            Data(|s| s.nodes[3].axis = fct::pack([0.0; 3])),
+            Data(|s| s.nodes[3].axis = fct::pack([NAN, 0.0, 1.0])),
+            Data(|s| s.bounding_polygons[0].normal = fct::pack([0.0, 0.0, 1.001])),
+            Data(|s| s.bounding_polygons[0].tangent = s.bounding_polygons[0].normal),
+        ],
+    ),
+    (Rule::Cosine, &[Data(|s| s.nodes[3].cos = 1.0001.into()), Data(|s| s.nodes[3].cos = NAN.into())]),
+    (
+        Rule::KeyOrder,
+        &[Data(|s| s.nodes[3].bound = f32::INFINITY.into()), Data(|s| s.nodes[3].budget = 1e9.into())],
+    ),
+    (
+        Rule::SphereNested,
+        &[
+            Data(|s| s.nodes[3].radius = (s.nodes[0].radius.get() * 1.01).into()),
+            Data(|s| s.nodes[3].center[0] = (s.nodes[3].center[0].get() + 0.2).into()),
+        ],
+    ),
+    (
+        Rule::SphereHolds,
+        &[Data(|s| {
+            let last = s.nodes.len() - 1;
+            s.nodes[last].radius = 0.1.into();
+        })],
+    ),
+    (
+        Rule::ConeHolds,
+        &[Data(|s| s.nodes[30].axis = fct::pack([0.0, 0.0, -1.0])), Data(|s| s.nodes[0].cos = 1.0.into())],
+    ),
+    (
+        Rule::PolygonHolds,
+        &[
+            Data(|s| s.bounding_polygons[1].high = (s.bounding_polygons[1].high.get() - 0.01).into()),
+            Data(|s| {
+                s.bounding_polygons[1].support[3] = (s.bounding_polygons[1].support[3].get() - 0.01).into()
+            }),
+            Data(|s| s.bounding_polygons[0].tangent = fct::pack([-1.0, 0.0, 0.0])),
+        ],
+    ),
+];
+
+#[test]
+fn every_rule_is_told_by_its_name_when_broken() {
+    let sample = Sample::patches(4, 3);
+    sample.tree().verify().unwrap();
+    for (rule, breaks) in BREAKS {
+        for (number, way) in breaks.iter().enumerate() {
+            let found = Tree::from_bytes(way.apply(&sample)).and_then(|t| t.verify());
+            let error = found.expect_err(&format!("{} broken by way {number}", rule.name()));
+            assert_eq!(error.rule(), Some(*rule), "way {number}: {error}");
+            assert_eq!((error.code(), error.exit_code()), (rule.code(), 7));
+        }
+    }
+    let tested: BTreeSet<_> = BREAKS.iter().map(|(rule, _)| rule.code()).collect();
+    let all: BTreeSet<_> = Rule::ALL.iter().map(|rule| rule.code()).collect();
+    assert_eq!(tested, all, "every rule has a test, once");
+    assert_eq!(BREAKS.len(), all.len());
+}
+
+#[test]
+fn sections_that_need_not_be_understood_are_ignored() {
+    let sample = Sample::patches(4, 3);
+    let mut bytes = sample.bytes();
+    put_entry(&mut bytes, b"COLR", 0, b"XYZ1");
+    rehash(&mut bytes);
+    let tree = Tree::from_bytes(bytes).unwrap();
+    assert_eq!(tree.colors(), None);
+    assert_eq!(tree.sections().last().unwrap().tag.to_string(), "XYZ1");
+    tree.verify().unwrap();
+}
+
+#[test]
+fn the_deepest_tree_allowed_is_allowed() {
+    // A fan split one by one has its last faces at depth n - 1.
+    let sample = Sample::fan(fct::MAX_DEPTH + 1, Split::OneByOne);
+    assert_eq!(sample.tree().verify().unwrap().depth, fct::MAX_DEPTH);
+    let deeper = Sample::fan(fct::MAX_DEPTH + 2, Split::OneByOne);
+    let error = deeper.tree().verify().unwrap_err();
+    assert_eq!(error.rule(), Some(Rule::Depth));
+}
+
+/// A small generator with a fixed seed (xorshift).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % n as u64) as usize
+    }
+}
+
+/// Numbers at which checks go wrong.
+const AWKWARD: [u32; 8] = [0, 1, 0x7FFF_FFFF, 0x8000_0000, 0xFFFF_FFFF, 0x7F80_0000, 0x7FC0_0000, 64];
+
+/// Uses an unverified tree as a reader would.
+fn walk(tree: &Tree) {
+    let mut stack = vec![tree.whole()];
+    let mut steps = 0;
+    while let Some(subtree) = stack.pop() {
+        steps += 1;
+        match subtree.child.kind() {
+            Child::Face(face) => {
+                let _ = tree.face(face);
+            }
+            Child::Node(node) => {
+                if let Ok(loops) = tree.loops_of(node) {
+                    loops.for_each(|l| assert!(l.vertices().all(|v| (v as usize) < tree.vertices().len())));
+                }
+                if let Ok(children) = tree.children(node, subtree.face_end) {
+                    stack.extend(children);
+                }
+            }
+        }
+        assert!(steps < 2 * tree.faces().len(), "the walk does not end");
+    }
+}
+
+#[test]
+fn edits_with_right_hashes_never_panic_or_hang() {
+    let whole = Sample::patches(4, 3).bytes();
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let start = Instant::now();
+    let mut opened = 0;
+    for _ in 0..30_000 {
+        let mut bytes = whole.clone();
+        for _ in 0..=random.below(3) {
+            // Half of the edits go to header and table, where few bytes do much.
+            let range = if random.below(2) == 0 { 768 } else { bytes.len() };
+            let at = 16 + 4 * random.below((range - 16) / 4);
+            let value = match random.below(3) {
+                0 => AWKWARD[random.below(AWKWARD.len())],
+                1 => random.below(64) as u32,
+                _ => random.below(1 << 32) as u32,
+            };
+            put(&mut bytes, at, &value.to_le_bytes());
+        }
+        // The count of sections decides where the helper's table ends, so it stays.
+        bytes[40..48].copy_from_slice(&whole[40..48]);
+        rehash(&mut bytes);
+        if let Ok(tree) = Tree::from_bytes(bytes) {
+            opened += 1;
+            let _ = tree.verify();
+            walk(&tree);
+        }
+    }
+    assert!(opened > 3_000, "{opened} opened: the edits should reach beyond the header");
+    assert!(start.elapsed() < Duration::from_secs(60));
+}

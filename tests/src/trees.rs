@@ -1,0 +1,38 @@
+//! Trees built from soups, through the file format.
+
+use fcbuild::import::{ImportOptions, Soup, import};
+use fcbuild::mesh::Weld;
+use fcbuild::{BuildOptions, SplitMode};
+use fct::Tree;
+use std::path::{Path, PathBuf};
+
+/// Builds, writes and opens a tree; panics with the error, for tests.
+pub fn tree_of(soup: Soup) -> Tree {
+    Tree::from_bytes(bytes_of(soup, SplitMode::Paper)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The bytes of the file that a soup becomes.
+pub fn bytes_of(soup: Soup, split: SplitMode) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap_or_else(|e| panic!("{e}"));
+    let path = folder.path().join("tree.fct");
+    let built = fcbuild::build(soup, &BuildOptions { split, weld: Weld::Exact, progress: &|_, _, _| {} })
+        .unwrap_or_else(|e| panic!("{e}"));
+    fct::write(&path, &built.data(), &fct::WriteOptions { overwrite: true, source_id: 0 })
+        .unwrap_or_else(|e| panic!("{e}"));
+    std::fs::read(&path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Reads a mesh file; panics with the error, for tests.
+pub fn read(path: &Path) -> Soup {
+    import(path, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} }).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A file of the repository's `data` folder.
+pub fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(name)
+}
+
+/// A file of the folder that `FCT_DATA` names, if it is set: real scans that the repository does not carry.
+pub fn scan(name: &str) -> Option<PathBuf> {
+    std::env::var_os("FCT_DATA").map(|folder| PathBuf::from(folder).join(name))
+}
