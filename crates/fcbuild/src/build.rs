@@ -128,7 +128,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     clock.lap(Phase::Boundaries);
 
     tell(Phase::Bounds, 0);
-    let mut curve_records = curves::records(&mesh, &component, component_count);
+    let curve_records = curves::records(&mesh, &component, component_count);
     drop(component);
     let mut anchored = vec![false; mesh.positions.len()];
     for r in curve_records.iter().filter(|r| r.error == f64::INFINITY) {
@@ -140,8 +140,11 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     let measure = |at: corners::Cornered<'_>| bounds::measure(&mesh, &splits[at.node], &at);
     let (registrations, measured) = corners::register(&mesh, &splits, &loops, &anchored, &measure);
     let nodes = bounds::combine(&mesh, &splits, &measured);
-    curve_records.extend(flaps::records(&mesh, &splits, &loops, &nodes));
     let mut activity = activity::gather(&mesh.weld, &registrations, &curve_records, &nodes);
+    let keys: Vec<f64> = activity.iter().map(|a| a.bound).collect();
+    let covered: Vec<bool> = measured.iter().map(|m| m.from_corners).collect();
+    let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &covered, &keys);
+    activity::raise(&mesh.weld, &uncovered, &mut activity);
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }

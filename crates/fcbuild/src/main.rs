@@ -1,2 +1,18 @@
-//! (being written)
-fn main() {}
+//! The command `fcbuild`: a polygon mesh in, a face-cluster tree out. See `fcbuild --help`.
+
+mod cli;
+
+use clap::Parser as _;
+use cli::flags::Flags;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match Flags::try_parse() {
+        Ok(flags) => cli::run(&flags),
+        Err(error) => {
+            // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
+            let _ = error.print();
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+        }
+    }
+}

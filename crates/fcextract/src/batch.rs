@@ -21,12 +21,14 @@ pub struct Batch {
 }
 
 impl Batch {
-    pub(crate) fn new(tree: &Tree, node: ChildRef, first_index: u32, index_count: u32) -> Batch {
-        Batch { node, first_index, index_count, bounding_polygon: None, sphere: sphere_of(tree, node) }
+    /// A run whose bounds are not looked up yet: most runs are joined into larger ones first.
+    pub(crate) fn new(node: ChildRef, first_index: u32, index_count: u32) -> Batch {
+        Batch { node, first_index, index_count, bounding_polygon: None, sphere: Sphere::EMPTY }
     }
 
-    /// Looks the bounding polygon up; the records are sorted by node.
-    pub(crate) fn find_polygon(&mut self, tree: &Tree) {
+    /// Looks the sphere and the bounding polygon up; the polygons' records are sorted by node.
+    pub(crate) fn find_bounds(&mut self, tree: &Tree) {
+        self.sphere = sphere_of(tree, self.node);
         if let Child::Node(node) = self.node.kind() {
             let found = tree.bounding_polygons().binary_search_by_key(&node, |p| p.node.get());
             self.bounding_polygon = found.ok().and_then(|i| u32::try_from(i).ok());

@@ -69,11 +69,11 @@ pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Resu
     while let Some(step) = out.stack.pop() {
         match step {
             Step::Visit { subtree, inside } => out.visit(tree, selection, subtree, inside)?,
-            Step::Close { node, first_index, first_batch } => out.close(tree, node, first_index, first_batch),
+            Step::Close { node, first_index, first_batch } => out.close(node, first_index, first_batch),
         }
     }
     for batch in &mut out.batches {
-        batch.find_polygon(tree);
+        batch.find_bounds(tree);
     }
     out.stats.triangles = out.indices.len() as u64 / 3;
     Ok(())
@@ -86,7 +86,7 @@ impl Extraction {
             Child::Face(face) => {
                 self.begin_cluster(first_index);
                 self.indices.extend(tree.face(face)?);
-                self.batches.push(Batch::new(tree, subtree.child, first_index, 3));
+                self.batches.push(Batch::new(subtree.child, first_index, 3));
                 return Ok(());
             }
             Child::Node(index) => index,
@@ -126,7 +126,7 @@ impl Extraction {
         let added = self.indices.len() as u64 - u64::from(first_index);
         let count = u32::try_from(added).map_err(|_overflow| Error::TooManyTriangles)?;
         if count > 0 {
-            self.batches.push(Batch::new(tree, subtree.child, first_index, count));
+            self.batches.push(Batch::new(subtree.child, first_index, count));
         }
         Ok(())
     }
@@ -137,11 +137,11 @@ impl Extraction {
     }
 
     /// Joins the batches of a subtree that is still small.
-    fn close(&mut self, tree: &Tree, node: u32, first_index: u32, first_batch: usize) {
+    fn close(&mut self, node: u32, first_index: u32, first_batch: usize) {
         let count = self.indices.len() as u64 - u64::from(first_index);
         if self.batches.len() > first_batch + 1 && count <= u64::from(3 * BATCH_TRIANGLES) {
             self.batches.truncate(first_batch);
-            self.batches.push(Batch::new(tree, ChildRef::node(node), first_index, count as u32));
+            self.batches.push(Batch::new(ChildRef::node(node), first_index, count as u32));
         }
     }
 }

@@ -28,15 +28,16 @@ const DIRECTIONS: [[f64; 2]; 8] = [
 
 /// How far polygons are grown and lifted toward the eye, in pixels at their farthest corner.
 ///
-/// Rasterisers snap corners to 1/256 pixel, so a fraction of a pixel is safe; more only hides less.
-const MARGIN_PIXELS: f64 = 0.25;
+/// Rasterisers snap corners to a grid of at worst 1/16 pixel (4 bits; most have 8), so the cluster's corners and the
+/// polygon's are each off by at most half of that. More is safe too, but hides less.
+const MARGIN_PIXELS: f64 = 1.0 / 16.0;
 
 /// The same, relative to the cluster's size, for rounding in the stored records.
 const MARGIN_SIZE: f64 = 1e-4;
 
 /// The flattest angle (its sine) at which a polygon may be looked at. Below it a margin of a fraction of a pixel
 /// on screen means a huge one in the plane, so such clusters count as visible.
-const FLATTEST: f64 = 0.02;
+const FLATTEST: f64 = 0.01;
 
 /// A prism around a cluster: the points `origin + x t + y b + z n` with `low <= z <= high` and
 /// `x cos(k 45 deg) + y sin(k 45 deg) <= support[k]`, where t is the tangent, n the normal and b = n x t.

@@ -28,13 +28,13 @@ pub struct Cli {
     #[arg(required = true, value_name = "FILE.fct")]
     pub files: Vec<PathBuf>,
     /// Copies of the models, in turn, placed and turned at random [default: one of each file]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(MAX_INSTANCES)))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(..=i64::from(MAX_INSTANCES)))]
     pub instances: Option<u32>,
     /// Seed of the random places
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub seed: u64,
     /// Errors of up to this many pixels on screen
-    #[arg(long, value_name = "P", default_value_t = 1.0, value_parser = positive, conflicts_with = "no_lod")]
+    #[arg(long, value_name = "P", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive, conflicts_with = "no_lod")]
     pub pixels: f64,
     /// Draw every face of the input
     #[arg(long)]
@@ -61,7 +61,7 @@ pub struct Cli {
     #[arg(long, value_enum, value_name = "shaded|clusters", default_value_t = ColorFlag::Shaded, hide_possible_values = true)]
     pub color: ColorFlag,
     /// Vertical field of view, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 40.0, value_parser = field_of_view)]
+    #[arg(long, value_name = "DEG", default_value_t = 40.0, allow_negative_numbers = true, value_parser = field_of_view)]
     pub fov: f64,
     /// Draw without a window
     #[arg(long)]

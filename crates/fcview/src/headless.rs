@@ -98,7 +98,13 @@ impl CameraPath {
         let points = scene.extremes();
         let [width, height] = cli.size.map(f64::from);
         match cli.camera {
-            CameraFlag::Orbit => CameraPath::Orbit(Orbit::around(&points, cli.field_of_view(), width / height)),
+            // One picture may be taken from nearer than a whole round.
+            CameraFlag::Orbit if cli.frames == 1 => {
+                CameraPath::Orbit(Orbit::facing(&points, cli.field_of_view(), width / height))
+            }
+            CameraFlag::Orbit => {
+                CameraPath::Orbit(Orbit::around(&points, cli.field_of_view(), width / height))
+            }
             CameraFlag::Fly => CameraPath::Fly { points, fov: cli.field_of_view() },
         }
     }

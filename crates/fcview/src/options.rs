@@ -48,6 +48,9 @@ pub struct FrameOptions {
     pub two_sided: bool,
     /// How hidden parts are left out.
     pub occlusion: Occlusion,
+    /// Most occlusion queries of a round, and about the number of pieces that a frame is divided into. More hide more
+    /// and cost more; they pay where a frame is slow to draw.
+    pub queries: usize,
     /// What colours the surface.
     pub color: ColorMode,
     /// Choose detail and cull for this camera while another one draws: shows from outside what a view gets.
@@ -68,6 +71,7 @@ impl Default for FrameOptions {
             backface: true,
             two_sided: false,
             occlusion: Occlusion::Exact,
+            queries: 2048,
             color: ColorMode::Shaded,
             frozen: None,
             measure: false,

@@ -7,6 +7,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// How near to straight up or down the camera may climb, radians: beyond, up would flip.
 const STEEPEST: f64 = FRAC_PI_2 - 0.02;
 
+/// Where a fresh camera stands: a little to the right of the front.
+const FIRST_YAW: f64 = 0.45;
+
 /// An orbit camera: +y is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
@@ -27,17 +30,27 @@ pub struct Orbit {
 impl Orbit {
     /// A camera that sees all of `points` in a picture of `aspect` (width over height) from every side.
     pub fn around(points: &[DVec3], fov: f64, aspect: f64) -> Orbit {
+        let sides = (0..24).map(|step| TAU * f64::from(step) / 24.0);
+        Orbit::fitted(points, fov, aspect, sides)
+    }
+
+    /// A camera that sees all of `points` from where it starts, as near as that allows.
+    pub fn facing(points: &[DVec3], fov: f64, aspect: f64) -> Orbit {
+        Orbit::fitted(points, fov, aspect, std::iter::once(FIRST_YAW))
+    }
+
+    /// A camera far enough for all of `points` from each of `sides`, with a little margin.
+    fn fitted(points: &[DVec3], fov: f64, aspect: f64, sides: impl Iterator<Item = f64>) -> Orbit {
         let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
         let high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
         let target = if points.is_empty() { DVec3::ZERO } else { low.midpoint(high) };
         let reach = points.iter().fold(0.0_f64, |reach, p| reach.max(p.distance(target)));
         let reach = if reach > 0.0 { reach } else { 1.0 };
-        let mut orbit = Orbit { target, yaw: 0.45, pitch: 0.22, distance: reach, fov, reach };
-        // Far enough for every point on each of a turn's directions; a little margin around.
+        let mut orbit = Orbit { target, yaw: FIRST_YAW, pitch: 0.22, distance: reach, fov, reach };
         let tangent = (0.5 * fov).tan() / 1.06;
         let mut distance = 0.1 * reach;
-        for step in 0..24 {
-            let turned = Orbit { yaw: TAU * f64::from(step) / 24.0, ..orbit };
+        for yaw in sides {
+            let turned = Orbit { yaw, ..orbit };
             let back = turned.back();
             let right = DVec3::Y.cross(back).normalize_or(DVec3::X);
             let up = back.cross(right);
@@ -144,6 +157,18 @@ mod tests {
                     assert!(clip.x.abs() <= clip.w && clip.y.abs() <= clip.w, "{clip} at aspect {aspect}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn facing_is_nearer_than_around_and_still_sees_everything() {
+        let points = [DVec3::new(-3.0, 0.0, 0.0), DVec3::new(3.0, 0.5, 0.1), DVec3::new(0.0, 0.2, -0.4)];
+        let facing = Orbit::facing(&points, 0.7, 1.5);
+        assert!(facing.distance < Orbit::around(&points, 0.7, 1.5).distance);
+        let view = facing.camera().view([300, 200], 0.01).unwrap();
+        for p in &points {
+            let clip = view.clip_from_world() * p.extend(1.0);
+            assert!(clip.x.abs() <= clip.w && clip.y.abs() <= clip.w, "{clip}");
         }
     }
 

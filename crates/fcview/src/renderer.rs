@@ -3,7 +3,9 @@
 use crate::camera::{Camera, View};
 use crate::frame::cluster_colors;
 use crate::frame::cut::{CutId, Cuts};
-use crate::frame::order::{self, Piece};
+use crate::frame::order;
+use crate::frame::pieces::{self, Piece};
+use crate::frame::questions::questions;
 use crate::gpu::mesh::GpuMesh;
 use crate::gpu::occlusion::{OcclusionQueries, PolygonList};
 use crate::gpu::pages::{Pages, Place};
@@ -22,6 +24,9 @@ use std::time::Instant;
 /// Each number is the part of the remaining triangles that the round draws, nearest first. More rounds hide
 /// more, but each waits for its queries.
 const ROUNDS: [f64; 3] = [0.2, 0.4, 1.0];
+
+/// The part of the triangles that a round of queries must have hidden for the next round to be asked.
+const LEAST_YIELD: f64 = 0.04;
 
 /// Draws frames of one scene.
 pub struct Renderer {
@@ -149,7 +154,8 @@ impl Renderer {
         self.finish_stage(options, "the upload")?;
         times.upload = lap(&mut clock);
 
-        order::pieces(scene, &view, &self.cuts, &mut self.pieces);
+        pieces::divide(scene, &view, &self.cuts, options.queries, &mut self.pieces);
+        order::front_to_back(&mut self.pieces);
         stats.counts.batches = self.pieces.len() as u64;
         let sides = if options.two_sided { Sides::Both } else { Sides::Front };
         let drawing = Drawing { scene, uploaded: &uploaded, sides };
@@ -263,26 +269,24 @@ impl Renderer {
         let mut drawn = 0;
         let mut polygons = PolygonList::default();
         let mut asked = Vec::new();
+        let mut worth_asking = true;
         for (round, part) in ROUNDS.into_iter().enumerate() {
-            if round > 0 && !left.is_empty() {
-                order::questions(drawing.scene, view, &self.cuts, &left, &mut polygons, &mut asked);
+            if round > 0 && worth_asking && !left.is_empty() {
+                let most = options.queries;
+                questions(drawing.scene, view, &self.cuts, &left, most, &mut polygons, &mut asked);
                 if let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) {
                     let visible = self.queries.visible(&self.gpu, pipelines, target, &polygons)?;
-                    let mut hidden = vec![false; left.len()];
-                    for (piece, visible) in asked.iter().zip(&visible) {
-                        if let Some(hidden) = hidden.get_mut(*piece) {
-                            *hidden = !visible;
-                        }
-                    }
                     stats.counts.queries += visible.len() as u64;
                     let before = left.len();
-                    let mut hidden = hidden.into_iter();
-                    left.retain(|_| !hidden.next().unwrap_or(false));
+                    let indices = order::indices(&left);
+                    let hidden = asked.iter().zip(&visible).filter(|(_, visible)| !**visible);
+                    order::remove(&mut left, hidden.map(|(piece, _)| *piece));
                     stats.counts.batches_culled_occlusion += (before - left.len()) as u64;
+                    worth_asking = order::indices(&left) as f64 <= (1.0 - LEAST_YIELD) * indices as f64;
                 }
                 stats.milliseconds.queries += lap(clock);
             }
-            let total: u64 = left.iter().map(|piece| u64::from(piece.index_count)).sum();
+            let total = order::indices(&left);
             let last = round + 1 == ROUNDS.len();
             let count = if last { left.len() } else { order::leading(&left, (part * total as f64) as u64) };
             let rest = left.split_off(count);

@@ -15,8 +15,10 @@ pub struct Model {
     pub center: DVec3,
     /// That sphere's radius.
     pub radius: f64,
-    /// The smallest and largest coordinates, in its own coordinates.
-    pub bounds: [DVec3; 2],
+    /// Some of the model's vertices, spread over it, in its own coordinates: for fitting a camera.
+    pub samples: Vec<DVec3>,
+    /// Half the diagonal of the model's box: its size for placing copies.
+    pub reach: f64,
 }
 
 /// A placed copy: rotated and scaled about the model's origin, then moved.
@@ -46,6 +48,10 @@ pub struct Scene {
 /// The most instances of a scene: 64 MB of instance rows, and as many cuts a frame as anyone will wait for.
 pub const MAX_INSTANCES: u32 = 1_000_000;
 
+/// Vertices that stand for a model when a camera is fitted; more would find farther tips by less than the margin
+/// that the camera leaves.
+const SAMPLES: usize = 512;
+
 impl Model {
     /// A model of an opened tree.
     pub fn new(name: impl Into<String>, tree: Arc<fct::Tree>) -> Model {
@@ -64,7 +70,14 @@ impl Model {
         // The GPU subtracts the centre in 32 bits, so it must be one of their numbers.
         let rounded = center.as_vec3().as_dvec3();
         let radius = radius + rounded.distance(center);
-        Model { name: name.into(), tree, center: rounded, radius, bounds }
+        let vertices = tree.vertices();
+        let samples = vertices
+            .iter()
+            .step_by(vertices.len().div_ceil(SAMPLES).max(1))
+            .map(|v| corner(fct::unpack(v.position)))
+            .collect();
+        let reach = 0.5 * bounds[0].distance(bounds[1]);
+        Model { name: name.into(), tree, center: rounded, radius, samples, reach }
     }
 
     /// Opens a .fct file.
@@ -117,18 +130,18 @@ impl Scene {
         if count == 1 {
             return Scene { models, instances: vec![Instance::unmoved(0)] };
         }
-        let reach = if first.radius > 0.0 { first.radius } else { 1.0 };
+        let reach = if first.reach > 0.0 { first.reach } else { 1.0 };
         let mut random = Random::new(seed);
         let cells = lattice(count, &mut random);
-        // Two radii would keep the copies apart; less makes them overlap in depth and hide one another.
-        let cell = 1.3 * reach;
+        // Two would keep the copies apart; less makes them overlap in depth and hide one another.
+        let cell = 1.25 * reach;
         let instances = cells
             .into_iter()
             .zip(0_u32..)
             .map(|(place, number)| {
                 let index = number as usize % models.len();
                 let model = models.get(index).unwrap_or(first);
-                let scale = if model.radius > 0.0 { reach / model.radius } else { 1.0 };
+                let scale = if model.reach > 0.0 { reach / model.reach } else { 1.0 };
                 let rotation = random.rotation();
                 let jitter = DVec3::from_array([(); 3].map(|()| 0.6 * random.unit() - 0.3));
                 let center = cell * (place + jitter);
@@ -150,24 +163,16 @@ impl Scene {
         Some((instance.to_world(model.center), model.radius * instance.scale))
     }
 
-    /// Points around all instances, in the scene: what a camera must see to see about everything.
-    ///
-    /// Corners and middles of the sides of their boxes, those outside a model's sphere drawn back onto it.
+    /// Points of all instances, in the scene: a camera that sees them sees about everything.
     pub fn extremes(&self) -> Vec<DVec3> {
-        let mut points = Vec::with_capacity(14 * self.instances.len());
+        /// Enough for a good fit, few enough for a million instances.
+        const POINTS: usize = 100_000;
+        let each = (POINTS / self.instances.len().max(1)).clamp(1, SAMPLES);
+        let mut points = Vec::new();
         for instance in &self.instances {
             let Some(model) = self.models.get(instance.model) else { continue };
-            let [low, high] = model.bounds;
-            let (middle, half) = (low.midpoint(high), 0.5 * (high - low));
-            let corners = (0..8).map(|k: u32| {
-                let sign = |axis: u32| if k & (1 << axis) == 0 { -1.0 } else { 1.0 };
-                middle + half * DVec3::new(sign(0), sign(1), sign(2))
-            });
-            let sides = DVec3::AXES.into_iter().flat_map(|axis| [middle - half * axis, middle + half * axis]);
-            points.extend(corners.chain(sides).map(|p| {
-                let offset = (p - model.center).clamp_length_max(model.radius);
-                instance.to_world(model.center + offset)
-            }));
+            let step = model.samples.len().div_ceil(each).max(1);
+            points.extend(model.samples.iter().step_by(step).map(|p| instance.to_world(*p)));
         }
         points
     }

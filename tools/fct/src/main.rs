@@ -1,2 +1,67 @@
-//! (being written)
-fn main() {}
+//! The command `fct`: looks into, verifies and exports face-cluster trees. See `fct --help`.
+
+mod error;
+mod export;
+mod flags;
+mod grouped;
+mod info;
+mod verify;
+
+use clap::Parser as _;
+use error::Error;
+use flags::{Command, Flags};
+use std::io::{self, Write as _};
+use std::panic::{self, AssertUnwindSafe};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let flags = match Flags::try_parse() {
+        Ok(flags) => flags,
+        Err(error) => {
+            // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    // The last net: what panics is our bug, and unwinding has removed the temporaries.
+    let done = panic::catch_unwind(AssertUnwindSafe(|| run(&flags.command))).unwrap_or(Err(Error::Bug));
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let _ = writeln!(io::stderr().lock(), "error[{}]: {error}", error.code());
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(command: &Command) -> Result<(), Error> {
+    match command {
+        Command::Info(flags) => {
+            let tree = fct::Tree::open(&flags.file)?;
+            print(&if flags.json { info::to_json(&tree) } else { info::to_text(&tree) })
+        }
+        Command::Verify(flags) => {
+            let outcome = fct::Tree::open(&flags.file).and_then(|tree| tree.verify());
+            if flags.json {
+                print(&verify::to_json(&flags.file, &outcome))?;
+            }
+            let verified = outcome?;
+            if flags.json { Ok(()) } else { print(&verify::to_text(&flags.file, &verified)) }
+        }
+        Command::Export(flags) => {
+            let done = export::run(&flags.settings()?)?;
+            print(&done.to_string())
+        }
+    }
+}
+
+/// Text on standard output.
+fn print(text: &str) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        // A reader that went away, as `head` does, has seen enough.
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        Err(e) => Err(Error::Stdout(e)),
+        Ok(()) => Ok(()),
+    }
+}

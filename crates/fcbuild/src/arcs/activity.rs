@@ -47,13 +47,18 @@ pub fn gather(
         let node = &nodes[r.node as usize];
         records[weld[r.vertex as usize] as usize].add(node.bound, node.budget, &node.sphere);
     }
+    raise(weld, curves, &mut records);
+    records
+}
+
+/// Adds what curves ask for to the records.
+pub fn raise(weld: &[u32], curves: &[CurveRecord], records: &mut [Activity]) {
     for c in curves {
         records[weld[c.vertex as usize] as usize].add(c.error, c.error, &c.sphere);
     }
     for v in 0..weld.len() {
         records[v] = records[weld[v] as usize];
     }
-    records
 }
 
 /// Every vertex is in every mesh: the tree is a single face.

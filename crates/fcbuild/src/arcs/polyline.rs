@@ -3,12 +3,17 @@
 use fcgeom::Sphere;
 use glam::{DVec3, Vec3};
 
-/// Distance of a point from a segment.
-pub(super) fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+/// The way from the nearest point of a segment to a point.
+pub(super) fn offset_from_segment(p: DVec3, a: DVec3, b: DVec3) -> DVec3 {
     let (ab, ap) = (b - a, p - a);
     let length_squared = ab.length_squared();
     let t = if length_squared > 0.0 { (ap.dot(ab) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
-    (ap - ab * t).length()
+    ap - ab * t
+}
+
+/// Distance of a point from a segment.
+pub(super) fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    offset_from_segment(p, a, b).length()
 }
 
 /// The item of largest value, the first of equals; none of an empty list.
@@ -54,6 +59,8 @@ pub(super) struct Deviation {
     /// The stretch of the polyline whose chord the point breaks, both ends included.
     pub(super) from: usize,
     pub(super) to: usize,
+    /// The stretch that this one is a part of, by its place in the list.
+    pub(super) within: Option<usize>,
     /// The largest distance of the stretch from its chord, and at least that of every stretch inside it.
     pub(super) error: f64,
     /// Around the stretch; the spheres of the stretches inside it lie in it.
@@ -69,9 +76,8 @@ const MAX_DEPTH: u32 = 40;
 /// that tolerance ([Douglas and Peucker 1973], made monotone).
 pub(super) fn deviations(points: &[Vec3]) -> Vec<Deviation> {
     let mut out: Vec<Deviation> = Vec::with_capacity(points.len());
-    let mut parent: Vec<usize> = Vec::with_capacity(points.len());
-    let mut stack = vec![(0, points.len().saturating_sub(1), usize::MAX, 0_u32)];
-    while let Some((from, to, above, depth)) = stack.pop() {
+    let mut stack = vec![(0, points.len().saturating_sub(1), None, 0_u32)];
+    while let Some((from, to, within, depth)) = stack.pop() {
         if to < from + 2 {
             continue;
         }
@@ -82,16 +88,16 @@ pub(super) fn deviations(points: &[Vec3]) -> Vec<Deviation> {
         };
         let point = if depth < MAX_DEPTH { from + 1 + far } else { (from + to) / 2 };
         let own = out.len();
-        out.push(Deviation { point, from, to, error, sphere: Sphere::of_points(&points[from..=to]) });
-        parent.push(above);
-        stack.push((point, to, own, depth + 1));
-        stack.push((from, point, own, depth + 1));
+        let sphere = Sphere::of_points(&points[from..=to]);
+        out.push(Deviation { point, from, to, within, error, sphere });
+        stack.push((point, to, Some(own), depth + 1));
+        stack.push((from, point, Some(own), depth + 1));
     }
     for i in (0..out.len()).rev() {
-        if let Some(up) = out.get(parent[i]).copied() {
+        if let Some(up) = out[i].within {
             let inside = out[i];
-            out[parent[i]].error = up.error.max(inside.error);
-            out[parent[i]].sphere = Sphere::enclosing(&up.sphere, &inside.sphere);
+            out[up].error = out[up].error.max(inside.error);
+            out[up].sphere = Sphere::enclosing(&out[up].sphere, &inside.sphere);
         }
     }
     out

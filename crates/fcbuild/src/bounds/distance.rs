@@ -11,25 +11,29 @@ use glam::{DVec3, Vec3};
 /// the nearest of `corners`, vertices that are drawn whenever the cluster is.
 ///
 /// `directions` are tried in turn and the best is taken; zero vectors are passed over. `inside` and `border` together
-/// are the cluster's vertices.
+/// are the cluster's vertices. Says with the bound whether it is one from the corners.
 pub(super) fn bound(
     normals: &[Vec3],
     directions: &[Vec3],
     inside: &[Vec3],
     border: &[Vec3],
     corners: &[Vec3],
-) -> f64 {
+) -> (f64, bool) {
     let mut best = f64::INFINITY;
     for direction in directions {
         if *direction != Vec3::ZERO && normals.iter().all(|n| *n == Vec3::ZERO || n.dot(*direction) > MIN_FACING) {
             best = best.min(slab(direction.as_dvec3(), inside, border));
         }
     }
-    if best == f64::INFINITY { farthest_from_corners(inside, border, corners) } else { best }
+    if best == f64::INFINITY { (farthest_from_corners(inside, border, corners), true) } else { (best * RIDGE, false) }
 }
 
 /// Cosine above which a face counts as facing a direction: about 89.4 degrees, so that rounding cannot turn it.
 const MIN_FACING: f32 = 0.01;
+
+/// 1 / cos(10 degrees): how much farther than either slab a point can be from a chord between two polygons that meet
+/// at up to 20 degrees. Steeper meetings keep their vertices instead, see [`crate::arcs::flaps`].
+const RIDGE: f64 = 1.0155;
 
 fn slab(direction: DVec3, inside: &[Vec3], border: &[Vec3]) -> f64 {
     let extent = |points: &[Vec3], start: (f64, f64)| {

@@ -13,6 +13,8 @@ use glam::Vec3;
 pub struct Measured {
     /// Distance bound of this node alone, in normal units.
     pub bound: f64,
+    /// True if the bound is a distance from corners that are always drawn, so that no polygon must lie under it.
+    pub from_corners: bool,
     /// Around the cluster's vertices.
     pub sphere: Sphere,
     /// Holds the normals of the cluster's faces.
@@ -23,7 +25,7 @@ pub struct Measured {
 
 impl Default for Measured {
     fn default() -> Self {
-        Measured { bound: f64::INFINITY, sphere: Sphere::EMPTY, cone: Cone::FULL, polygon: None }
+        Measured { bound: f64::INFINITY, from_corners: true, sphere: Sphere::EMPTY, cone: Cone::FULL, polygon: None }
     }
 }
 
@@ -53,18 +55,21 @@ pub fn measure(mesh: &TreeMesh, split: &Split, at: &Cornered<'_>) -> Measured {
     let points = || mesh.positions[own.clone()].iter().chain(&border);
     let normals = &mesh.face_normals[at.faces.clone()];
     let cone = if split.joins_components { Cone::FULL } else { cone_of(normals) };
-    let bound = if split.joins_components || at.corners.is_empty() {
-        f64::INFINITY
+    let (bound, from_corners) = if split.joins_components || at.corners.is_empty() {
+        (f64::INFINITY, true)
     } else {
         let corners: Vec<Vec3> = at.corners.iter().map(|&v| mesh.positions[v as usize]).collect();
-        distance::bound(normals, &[split.normal, cone.axis], &mesh.positions[own.clone()], &border, &corners)
+        // Around a hole the outline may be cut by so few chords that they cross the hole: no slab holds then.
+        let has_holes = at.loops.iter().filter(|&&h| h & LAST != 0).count() > 1;
+        let directions = if has_holes { &[][..] } else { &[split.normal, cone.axis] };
+        distance::bound(normals, directions, &mesh.positions[own.clone()], &border, &corners)
     };
     let sphere = Sphere::of_points(points());
     let polygon = (at.faces.len() >= POLYGON_FROM).then(|| {
         let normal = if split.normal == Vec3::ZERO { cone.axis } else { split.normal };
         Box::new(BoundingPolygon::around(points().copied(), sphere.center, normal))
     });
-    Measured { bound, sphere, cone, polygon }
+    Measured { bound, from_corners, sphere, cone, polygon }
 }
 
 fn cone_of(normals: &[Vec3]) -> Cone {

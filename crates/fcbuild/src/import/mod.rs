@@ -107,3 +107,6 @@ fn import_any(source: &mut Source<'_>) -> Result<Soup, Error> {
         .remedy("please report it with this file")),
     }
 }
+
+#[cfg(test)]
+mod tests;

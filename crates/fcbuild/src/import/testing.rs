@@ -91,9 +91,28 @@ impl Random {
 
 /// Words that mean something to one reader or another.
 const WORDS: [&[u8]; 22] = [
-    b"-1", b"0", b"4294967295", b"9223372036854775808", b"6148914691236517207", b"nan", b"1e39", b"inf", b" ", b"\n",
-    b"\r", b"\\\n", b"\xff\xff\xff\xff", b"\0\0\0\0", b"\0\0\x80\x7f", b"element face 9\n", b"property list uchar int vertex_indices\n",
-    b"f -1 -2 -3\n", b"facet", b"[[[[", b"\"count\":1e18,", b"#",
+    b"-1",
+    b"0",
+    b"4294967295",
+    b"9223372036854775808",
+    b"6148914691236517207",
+    b"nan",
+    b"1e39",
+    b"inf",
+    b" ",
+    b"\n",
+    b"\r",
+    b"\\\n",
+    b"\xff\xff\xff\xff",
+    b"\0\0\0\0",
+    b"\0\0\x80\x7f",
+    b"element face 9\n",
+    b"property list uchar int vertex_indices\n",
+    b"f -1 -2 -3\n",
+    b"facet",
+    b"[[[[",
+    b"\"count\":1e18,",
+    b"#",
 ];
 
 /// Damages `seeds` in `rounds` ways; every outcome but a bug or a long wait is right.

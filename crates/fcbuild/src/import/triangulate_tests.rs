@@ -111,7 +111,16 @@ fn corners_on_a_straight_edge_are_kept() {
 #[test]
 fn a_hole_joined_by_a_double_edge_is_tiled() {
     let ring = [
-        [0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0], [1.0, 1.0], [1.0, 3.0], [3.0, 3.0], [3.0, 1.0], [1.0, 1.0],
+        [0.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 4.0],
+        [0.0, 4.0],
+        [0.0, 0.0],
+        [1.0, 1.0],
+        [1.0, 3.0],
+        [3.0, 3.0],
+        [3.0, 1.0],
+        [1.0, 1.0],
     ];
     assert_tiled(&flat(&ring));
 }
@@ -130,12 +139,14 @@ fn degenerate_and_huge_coordinates_end() {
 #[test]
 fn tangles_end_in_time() {
     let mut random = Random(3);
-    let tangle: Vec<[f64; 3]> = (0..65_536).map(|_| [random.unit(), random.unit(), random.unit() * 0.01]).collect();
+    let tangle: Vec<[f64; 3]> =
+        (0..65_536).map(|_| [random.unit(), random.unit(), random.unit() * 0.01]).collect();
     let start = Instant::now();
     assert_ne!(cut(&tangle).1, Verdict::Simple);
     let few: Vec<[f64; 3]> = (0..65_536).map(|i| tangle[i % 250]).collect();
     cut(&few);
-    let comb: Vec<[f64; 3]> = (0..65_536).map(|i| [i as f64, if i % 2 == 0 { 1e6 } else { 0.0 }, 0.0]).collect();
+    let comb: Vec<[f64; 3]> =
+        (0..65_536).map(|i| [i as f64, if i % 2 == 0 { 1e6 } else { 0.0 }, 0.0]).collect();
     cut(&comb);
     assert!(start.elapsed() < Duration::from_secs(6), "{:?}", start.elapsed());
 }

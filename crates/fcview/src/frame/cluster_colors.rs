@@ -56,7 +56,7 @@ fn color(number: u32) -> [u8; 4] {
     let channel = |offset: f64| {
         let turn = (hue + offset).fract() * 6.0;
         let ramp = ((turn - 3.0).abs() - 1.0).clamp(0.0, 1.0);
-        (255.0 * light * (0.42 + 0.58 * ramp)) as u8
+        (255.0 * light * (0.55 + 0.45 * ramp)) as u8
     };
     [channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0), 255]
 }

@@ -4,3 +4,5 @@
 pub(crate) mod cluster_colors;
 pub(crate) mod cut;
 pub(crate) mod order;
+pub(crate) mod pieces;
+pub(crate) mod questions;

@@ -49,10 +49,10 @@ fn shade(albedo: vec3<f32>, normal: vec3<f32>, toward_eye: vec3<f32>) -> vec3<f3
     let key_cos = dot(normal, frame.key.xyz);
     // The key wraps a little past its terminator, which keeps the shadow side from going flat.
     let wrapped = clamp((key_cos + 0.15) / 1.15, 0.0, 1.0);
-    let key = vec3<f32>(1.0, 0.95, 0.87) * (1.02 * wrapped * wrapped);
+    let key = vec3<f32>(1.0, 0.95, 0.87) * (1.10 * wrapped * wrapped);
     let fill = vec3<f32>(0.62, 0.74, 1.0) * (0.16 * max(dot(normal, frame.fill.xyz), 0.0));
     let up = 0.5 + 0.5 * normal.y;
-    let ambient = mix(vec3<f32>(0.090, 0.080, 0.075), vec3<f32>(0.20, 0.225, 0.26), up);
+    let ambient = mix(vec3<f32>(0.070, 0.062, 0.058), vec3<f32>(0.155, 0.175, 0.205), up);
     let half_way = unit(frame.key.xyz + toward_eye);
     let glint = pow(max(dot(normal, half_way), 0.0), 28.0) * 0.09 * step(0.0, key_cos);
     let facing = clamp(dot(normal, toward_eye), 0.0, 1.0);

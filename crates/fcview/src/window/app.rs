@@ -45,7 +45,7 @@ impl App {
         App {
             size: cli.size,
             fov: cli.field_of_view(),
-            orbit: Orbit::around(&scene.extremes(), cli.field_of_view(), width / height),
+            orbit: Orbit::facing(&scene.extremes(), cli.field_of_view(), width / height),
             mouse: Mouse::default(),
             panel: Panel::new(cli.frame_options(), cli.pixels, faces),
             stats: FrameStats::default(),
@@ -159,7 +159,7 @@ impl App {
     /// Sees everything again.
     fn fit(&mut self) {
         let [width, height] = self.panel.options.size.map(f64::from);
-        let fresh = Orbit::around(&self.scene.extremes(), self.fov, width / height.max(1.0));
+        let fresh = Orbit::facing(&self.scene.extremes(), self.fov, width / height.max(1.0));
         self.orbit = fresh.seen_from(&self.orbit);
         self.redraw();
     }

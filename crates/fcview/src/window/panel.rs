@@ -4,6 +4,9 @@ use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
 use crate::stats::FrameStats;
 use egui::{Grid, RichText, Slider, Ui};
 
+/// Width of the panel's contents, points.
+const WIDTH: f32 = 236.0;
+
 /// What the panel shows and sets.
 pub(super) struct Panel {
     /// How frames are drawn.
@@ -60,20 +63,22 @@ impl Panel {
         let mut wishes = Wishes::default();
         egui::Window::new("facetree")
             .default_pos([12.0, 12.0])
-            .default_width(264.0)
+            .default_width(WIDTH)
             .resizable(false)
+            .vscroll(true)
             .show(root.ctx(), |ui| {
+                ui.set_max_width(WIDTH);
                 ui.spacing_mut().item_spacing.y = 4.0;
                 self.summary(ui, stats);
                 ui.separator();
                 self.switches(ui);
                 ui.separator();
                 egui::CollapsingHeader::new("Counts").default_open(true).show(ui, |ui| counts(ui, stats));
-                egui::CollapsingHeader::new("Times, ms").default_open(false).show(ui, |ui| times(ui, stats));
+                egui::CollapsingHeader::new("Times, ms").default_open(true).show(ui, |ui| times(ui, stats));
                 ui.separator();
                 ui.horizontal(|ui| {
                     wishes.fit = ui.button("Fit (F)").clicked();
-                    wishes.screenshot = ui.button("Screenshot (P)").clicked();
+                    wishes.screenshot = ui.button("Save (P)").clicked();
                     ui.checkbox(&mut self.turning, "Turn");
                 });
                 if !self.message.is_empty() {
@@ -160,11 +165,11 @@ fn times(ui: &mut Ui, stats: &FrameStats) {
 }
 
 fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
-    Grid::new(id).num_columns(2).min_col_width(150.0).spacing([8.0, 2.0]).show(ui, |ui| {
+    Grid::new(id).num_columns(2).min_col_width(112.0).spacing([6.0, 1.0]).show(ui, |ui| {
         for (name, value) in rows {
-            ui.label(RichText::new(*name).weak());
+            ui.label(RichText::new(*name).small());
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.monospace(value);
+                ui.label(RichText::new(value).small().monospace().strong());
             });
             ui.end_row();
         }

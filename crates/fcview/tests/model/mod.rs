@@ -13,12 +13,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// A device, or a failure that says what to install: a GPU test that passes unseen proves nothing.
-pub fn gpu() -> Gpu {
+pub(crate) fn gpu() -> Gpu {
     Gpu::headless().unwrap_or_else(|error| panic!("this test needs a graphics adapter: {error}"))
 }
 
 /// A torus of `2 * rings * sides` faces with bumps.
-pub fn torus(rings: u32, sides: u32) -> Model {
+pub(crate) fn torus(rings: u32, sides: u32) -> Model {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("torus.fct");
     write_torus(&path, rings, sides);
@@ -28,7 +28,7 @@ pub fn torus(rings: u32, sides: u32) -> Model {
 }
 
 /// Writes the torus as a .fct file.
-pub fn write_torus(path: &Path, rings: u32, sides: u32) {
+pub(crate) fn write_torus(path: &Path, rings: u32, sides: u32) {
     let mut positions = Vec::new();
     for i in 0..rings {
         for j in 0..sides {
@@ -56,7 +56,7 @@ pub fn write_torus(path: &Path, rings: u32, sides: u32) {
 }
 
 /// Writes any triangles as a tree.
-pub fn write(path: &Path, positions: &[Vec3], faces: Vec<[u32; 3]>) {
+pub(crate) fn write(path: &Path, positions: &[Vec3], faces: Vec<[u32; 3]>) {
     let mut builder = Builder { positions, nodes: Vec::new(), polygons: Vec::new() };
     let mut faces = faces;
     let count = faces.len();

@@ -17,11 +17,14 @@ pub(super) struct Found<'a> {
     pub(super) component: ComponentType,
     pub(super) normalized: bool,
     pub(super) shape: Type,
+    /// Bytes of an element.
+    size: u64,
+    run: Option<Run>,
     index: usize,
     accessor: &'a Accessor,
 }
 
-/// Looks up an accessor and its types.
+/// Looks up an accessor and checks it against the document; its buffer is not opened yet.
 pub(super) fn find<'a>(root: &'a Root, index: usize, from: &str) -> Result<Found<'a>, Error> {
     let Some(accessor) = root.accessors.get(index) else {
         return Err(broken(format!("refers to accessor {index} of {}", root.accessors.len()), from));
@@ -43,7 +46,22 @@ pub(super) fn find<'a>(root: &'a Root, index: usize, from: &str) -> Result<Found
             .limit(MAX_ZEROS, count)
             .remedy("export the file again"));
     }
-    Ok(Found { count, component: component.0, normalized: accessor.normalized, shape, index, accessor })
+    let size = (component.0.size() as u64).saturating_mul(shape.multiplicity() as u64);
+    let offset = accessor.byte_offset.map_or(0, |o| o.0);
+    let run = accessor.buffer_view.map(|v| Run { view: v.value(), offset, count, size, may_stride: true });
+    if let Some(run) = run {
+        run.check(root, &at("count"))?;
+    }
+    Ok(Found {
+        count,
+        component: component.0,
+        normalized: accessor.normalized,
+        shape,
+        size,
+        run,
+        index,
+        accessor,
+    })
 }
 
 impl Found<'_> {
@@ -54,13 +72,10 @@ impl Found<'_> {
         buffers: &Buffers<'_>,
         mut take: impl FnMut(&[u8]) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let size = (self.component.size() as u64).saturating_mul(self.shape.multiplicity() as u64);
+        let size = self.size;
         let at = |field: &str| format!("accessors[{}].{field}", self.index);
-        let base = match self.accessor.buffer_view {
-            Some(view) => {
-                let offset = self.accessor.byte_offset.map_or(0, |o| o.0);
-                Some(slice(root, buffers, view.value(), offset, self.count, size, true, &at("count"))?)
-            }
+        let base = match self.run {
+            Some(run) => Some(run.open(root, buffers, &at("count"))?),
             None => None,
         };
         let zeros = [0u8; 64];
@@ -94,10 +109,11 @@ impl Found<'_> {
         };
         let wide = kind.0.size() as u64;
         let (indices, values) = (&sparse.indices, &sparse.values);
-        let view = indices.buffer_view.value();
-        let indices = slice(root, buffers, view, indices.byte_offset.0, count, wide, false, &at("indices"))?;
-        let view = values.buffer_view.value();
-        let values = slice(root, buffers, view, values.byte_offset.0, count, size, false, &at("values"))?;
+        let run = |view: usize, offset: u64, size: u64| Run { view, offset, count, size, may_stride: false };
+        let indices = run(indices.buffer_view.value(), indices.byte_offset.0, wide);
+        let indices = indices.open(root, buffers, &at("indices"))?;
+        let values = run(values.buffer_view.value(), values.byte_offset.0, size);
+        let values = values.open(root, buffers, &at("values"))?;
         let mut out = Vec::new();
         reserve(&mut out, count, "sparse elements")?;
         let mut least = 0;
@@ -132,57 +148,74 @@ impl<'b> Strided<'b> {
     }
 }
 
-#[allow(clippy::too_many_arguments, reason = "the numbers of one bounds check")]
-fn slice<'b>(
-    root: &Root,
-    buffers: &'b Buffers<'_>,
+/// A run of elements in a buffer view.
+#[derive(Clone, Copy)]
+struct Run {
     view: usize,
     offset: u64,
     count: u64,
+    /// Bytes of an element.
     size: u64,
+    /// Whether the view's stride applies; for sparse data it does not.
     may_stride: bool,
-    from: &str,
-) -> Result<Strided<'b>, Error> {
-    let at = |field: &str| format!("bufferViews[{view}].{field}");
-    let Some(found) = root.buffer_views.get(view) else {
-        return Err(broken(format!("refers to buffer view {view} of {}", root.buffer_views.len()), from));
-    };
-    let buffer = buffers.get(found.buffer.value())?;
-    let start = found.byte_offset.map_or(0, |o| o.0);
-    let end = start.checked_add(found.byte_length.0);
-    let bounds = end.and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?));
-    let Some(view_bytes) = bounds.and_then(|range| buffer.get(range)) else {
-        return Err(broken(
-            format!(
-                "{} bytes from byte {start} on do not lie in the buffer of {} bytes",
-                found.byte_length.0,
-                buffer.len()
-            ),
-            at("byteLength"),
-        ));
-    };
-    let stride = match found.byte_stride {
-        Some(stride) if may_stride && stride.0 > 0 => stride.0 as u64,
-        _ => size,
-    };
-    if stride < size {
-        return Err(broken(
-            format!("a stride of {stride} bytes is less than the {size} of an element"),
-            at("byteStride"),
-        ));
+}
+
+impl Run {
+    /// The stride, once the view as it is declared is known to hold the run.
+    fn check(&self, root: &Root, from: &str) -> Result<u64, Error> {
+        let Self { view, offset, count, size, .. } = *self;
+        let Some(found) = root.buffer_views.get(view) else {
+            return Err(broken(format!("refers to buffer view {view} of {}", root.buffer_views.len()), from));
+        };
+        let stride = match found.byte_stride {
+            Some(stride) if self.may_stride && stride.0 > 0 => stride.0 as u64,
+            _ => size,
+        };
+        if stride < size {
+            return Err(broken(
+                format!("a stride of {stride} bytes is less than the {size} of an element"),
+                format!("bufferViews[{view}].byteStride"),
+            ));
+        }
+        let steps = count.checked_sub(1).and_then(|n| n.checked_mul(stride));
+        let end =
+            steps.and_then(|n| n.checked_add(size)).and_then(|n| n.checked_add(offset)).unwrap_or(u64::MAX);
+        let length = found.byte_length.0;
+        if end > length {
+            return Err(broken(
+                format!(
+                    "{count} elements from byte {offset} on do not lie in the buffer view of {length} bytes"
+                ),
+                from,
+            )
+            .limit(length, end));
+        }
+        Ok(stride)
     }
-    let needed = count.checked_sub(1).and_then(|n| n.checked_mul(stride)).and_then(|n| n.checked_add(size));
-    let bytes = usize::try_from(offset).ok().and_then(|o| view_bytes.get(o..));
-    match (bytes, needed) {
-        (Some(bytes), Some(needed)) if needed <= bytes.len() as u64 => Ok(Strided { bytes, stride, size }),
-        _ => Err(broken(
-            format!(
-                "{count} elements from byte {offset} on do not lie in the buffer view of {} bytes",
-                view_bytes.len()
-            ),
-            from,
-        )
-        .limit(view_bytes.len() as u64, needed.unwrap_or(u64::MAX))),
+
+    /// The elements, once the view is known to lie in its buffer.
+    fn open<'b>(&self, root: &Root, buffers: &'b Buffers<'_>, from: &str) -> Result<Strided<'b>, Error> {
+        let stride = self.check(root, from)?;
+        let at = format!("bufferViews[{}].byteLength", self.view);
+        let Some(found) = root.buffer_views.get(self.view) else {
+            return Err(broken("there is no such view", at));
+        };
+        let buffer = buffers.get(found.buffer.value())?;
+        let (start, length) = (found.byte_offset.map_or(0, |o| o.0), found.byte_length.0);
+        let range = start
+            .checked_add(length)
+            .and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?));
+        let view = range.and_then(|range| buffer.get(range));
+        match view.and_then(|bytes| bytes.get(usize::try_from(self.offset).ok()?..)) {
+            Some(bytes) => Ok(Strided { bytes, stride, size: self.size }),
+            None => Err(broken(
+                format!(
+                    "{length} bytes from byte {start} on do not lie in the buffer of {} bytes",
+                    buffer.len()
+                ),
+                at,
+            )),
+        }
     }
 }
 

@@ -1,32 +1,20 @@
 //! Puts the mesh instances of a scene together as one soup, a group each.
 
-use gltf::Semantic;
 use gltf::json::Root;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::validation::Checked;
 
 use super::super::faces::{Faces, Vertices, reserve};
-use super::super::number::narrow;
 use super::super::soup::{Group, Positions, Soup};
 use super::super::source::Source;
 use super::super::tally::Tally;
-use super::accessor::{self, broken, find, float, whole};
+use super::accessor::{broken, find, whole};
+use super::attributes::{Attributes, position_accessor};
 use super::buffers::Buffers;
 use super::nodes::{Instance, instances};
 use super::transform::Transform;
 use crate::error::{Error, ErrorKind};
-
-/// Vertices of all instances so far.
-#[derive(Default)]
-struct Attributes {
-    narrow: Vec<[f32; 3]>,
-    wide: Vec<[f64; 3]>,
-    normals: Vec<[f32; 3]>,
-    colors: Vec<[u8; 4]>,
-    /// How many primitives have positions, normals, colours.
-    having: [u64; 3],
-}
 
 /// Triangles of one primitive, or points and lines, which have none.
 struct Piece {
@@ -146,7 +134,11 @@ fn check_totals(root: &Root, instances: &[Instance], max_faces: u64) -> Result<(
         let (mut triangles, mut vertices) = (0u64, 0u64);
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let at = format!("meshes[{m}].primitives[{p}]");
-            let Some(mode) = surface_mode(primitive, &at)? else { continue };
+            let Some(mode) = surface_mode(primitive, &at)? else {
+                // It makes no triangle, but a place in the books.
+                triangles = triangles.saturating_add(1);
+                continue;
+            };
             let positions = find(root, position_accessor(primitive, &at)?, &at)?.count;
             let corners = match &primitive.indices {
                 Some(index) => find(root, index.value(), &at)?.count,
@@ -189,120 +181,11 @@ fn surface_mode(primitive: &Primitive, at: &str) -> Result<Option<Mode>, Error> 
     }
 }
 
-fn position_accessor(primitive: &Primitive, at: &str) -> Result<usize, Error> {
-    match primitive.attributes.get(&Checked::Valid(Semantic::Positions)) {
-        Some(index) => Ok(index.value()),
-        None => Err(Error::bad_input("FC208", "the primitive has no POSITION")
-            .at_pointer(format!("{at}.attributes"))
-            .remedy("export the file again")),
-    }
-}
-
 fn triangle_count(mode: Mode, corners: u64) -> u64 {
     match mode {
         Mode::Triangles => corners.checked_div(3).unwrap_or(0),
         _ => corners.saturating_sub(2),
     }
-}
-
-impl Attributes {
-    fn count(&self, keep_narrow: bool) -> u64 {
-        if keep_narrow { self.narrow.len() as u64 } else { self.wide.len() as u64 }
-    }
-
-    /// Appends the vertices of a primitive and returns how many they are.
-    fn append(
-        &mut self,
-        root: &Root,
-        buffers: &Buffers<'_>,
-        primitive: &Primitive,
-        transform: &Transform,
-        keep_narrow: bool,
-        at: &str,
-    ) -> Result<u64, Error> {
-        let quantized = root.extensions_used.iter().any(|e| e == "KHR_mesh_quantization");
-        let positions = find(root, position_accessor(primitive, at)?, at)?;
-        if positions.shape != Type::Vec3 || !(positions.component == ComponentType::F32 || quantized) {
-            return Err(Error::bad_input(
-                "FC208",
-                format!("POSITION is {:?} of {:?}, not VEC3 of FLOAT", positions.shape, positions.component),
-            )
-            .at_pointer(format!("{at}.attributes.POSITION"))
-            .remedy("export the file again"));
-        }
-        let triple = |element: &[u8], from: &accessor::Found<'_>| {
-            [0, 1, 2].map(|i| float(element, from.component, from.normalized, i))
-        };
-        if keep_narrow {
-            reserve(&mut self.narrow, positions.count, "vertices")?;
-        } else {
-            reserve(&mut self.wide, positions.count, "vertices")?;
-        }
-        positions.for_each(root, buffers, |element| {
-            let point = triple(element, &positions);
-            if keep_narrow {
-                self.narrow.push(point.map(narrow));
-            } else {
-                self.wide.push(transform.point(point));
-            }
-            Ok(())
-        })?;
-
-        let [all, with_normals, with_colors] = &mut self.having;
-        *all = all.saturating_add(1);
-        let total = if keep_narrow { self.narrow.len() } else { self.wide.len() };
-        let start = total.saturating_sub(usize::try_from(positions.count).unwrap_or(0));
-        if let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Normals)) {
-            *with_normals = with_normals.saturating_add(1);
-            let normals = find(root, index.value(), at)?;
-            same_count(&normals, positions.count, Type::Vec3, &format!("{at}.attributes.NORMAL"))?;
-            // Earlier primitives without normals get zero ones.
-            self.normals.resize(start, [0.0; 3]);
-            normals.for_each(root, buffers, |element| {
-                self.normals.push(transform.normal(triple(element, &normals)).map(narrow));
-                Ok(())
-            })?;
-        } else if *with_normals > 0 {
-            self.normals.resize(total, [0.0; 3]);
-        }
-        if let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Colors(0))) {
-            *with_colors = with_colors.saturating_add(1);
-            let colors = find(root, index.value(), at)?;
-            let opaque = colors.shape == Type::Vec3;
-            let shape = if opaque { Type::Vec3 } else { Type::Vec4 };
-            same_count(&colors, positions.count, shape, &format!("{at}.attributes.COLOR_0"))?;
-            self.colors.resize(start, [255; 4]);
-            colors.for_each(root, buffers, |element| {
-                let channel = |i: usize| byte(float(element, colors.component, true, i));
-                let alpha = if opaque { 255 } else { channel(3) };
-                self.colors.push([channel(0), channel(1), channel(2), alpha]);
-                Ok(())
-            })?;
-        } else if *with_colors > 0 {
-            self.colors.resize(total, [255; 4]);
-        }
-        Ok(positions.count)
-    }
-}
-
-/// A channel from 0..1 as a byte.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the value is clamped; the cast saturates"
-)]
-fn byte(x: f64) -> u8 {
-    (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
-}
-
-fn same_count(found: &accessor::Found<'_>, count: u64, shape: Type, at: &str) -> Result<(), Error> {
-    if found.count != count {
-        return Err(broken(format!("there are {} values for {count} positions", found.count), at));
-    }
-    if found.shape != shape {
-        return Err(broken(format!("the type {:?} does not fit", found.shape), at));
-    }
-    Ok(())
 }
 
 /// The corners of a primitive as numbers of the whole soup's vertices.

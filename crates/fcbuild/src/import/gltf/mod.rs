@@ -4,6 +4,7 @@
 //! an error names its place as a path into the JSON document.
 
 mod accessor;
+mod attributes;
 mod buffers;
 mod framing;
 mod json;

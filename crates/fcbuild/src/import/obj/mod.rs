@@ -5,11 +5,13 @@
 
 mod feed;
 mod lines;
+mod statements;
 
 use std::path::Path;
 
-use feed::{Feed, Findings};
+use feed::Feed;
 use lines::Lines;
+use statements::Findings;
 
 use super::faces::{Faces, Vertices};
 use super::number::narrow;

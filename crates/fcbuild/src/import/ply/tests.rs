@@ -1,6 +1,6 @@
 //! Promises of the PLY reader, by the entries of the catalogue of bad inputs.
 
-use super::super::testing::{is_f64, read, read_limited, refuse_truncation, refused, shape, survive_damage, warned};
+use super::super::testing::{is_f64, read, read_limited, refuse_truncation, refused, survive_damage, warned};
 use super::super::{DropReason, Positions, Soup};
 
 /// A value of a body, written by [`file`] in any encoding.
@@ -28,7 +28,11 @@ fn file(encoding: &str, declarations: &str, values: &[V]) -> Vec<u8> {
                 D(x) => x.to_string(),
                 End => "\n".into(),
             };
-            let glue = if matches!(v, End) || matches!(values.get(i.wrapping_sub(1)), None | Some(End)) { "" } else { " " };
+            let glue = if matches!(v, End) || matches!(values.get(i.wrapping_sub(1)), None | Some(End)) {
+                ""
+            } else {
+                " "
+            };
             out.extend(format!("{glue}{text}").bytes());
             continue;
         }
@@ -67,7 +71,10 @@ fn simple(encoding: &str) -> Vec<u8> {
 }
 
 fn ascii(body: &str) -> Vec<u8> {
-    format!("ply\nformat ascii 1.0\n{VERTICES}{FACES}end_header\n0 0 0\n1 0 0\n1 1 0.1\n0 1 0\n0.5 0.5 2\n{body}").into_bytes()
+    format!(
+        "ply\nformat ascii 1.0\n{VERTICES}{FACES}end_header\n0 0 0\n1 0 0\n1 1 0.1\n0 1 0\n0.5 0.5 2\n{body}"
+    )
+    .into_bytes()
 }
 
 fn ok(bytes: &[u8]) -> Soup {
@@ -92,7 +99,18 @@ fn attributes_of_every_type_are_read() {
     let mut values = vec![];
     for i in 0..3 {
         values.extend([C(10 + i), C(i), S(7), S(8)].into_iter().take(2 + i as usize));
-        values.extend([D(0.1 + i as f64), S(-i * i), F(2.5), F(0.0), F(0.6), D(0.8), F(0.5), C(200), C(-3), End]);
+        values.extend([
+            D(0.1 + i as f64),
+            S(-i * i),
+            F(2.5),
+            F(0.0),
+            F(0.6),
+            D(0.8),
+            F(0.5),
+            C(200),
+            C(-3),
+            End,
+        ]);
     }
     values.extend([I(9), I(3), S(0), S(1), S(2), C(2), F(0.5), F(0.25), End]);
     let soups = ENCODINGS.map(|e| {
@@ -107,7 +125,9 @@ fn attributes_of_every_type_are_read() {
 
 #[test]
 fn doubles_and_integers_are_kept_and_small_types_stay_single() {
-    for (kind, wide) in [("float", false), ("uchar", false), ("short", false), ("int", true), ("double", true)] {
+    for (kind, wide) in
+        [("float", false), ("uchar", false), ("short", false), ("int", true), ("double", true)]
+    {
         let text = format!(
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty {kind} x\nproperty {kind} y\nproperty {kind} z\n\
              element face 1\nproperty list uchar uint vertex_index\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n"
@@ -121,7 +141,11 @@ fn element_order_and_strangers_do_not_matter() {
     let edges = "element edge 2\nproperty int vertex1\nproperty int vertex2\nelement range_grid 1\nproperty list uchar int vertex_indices\n";
     let between = vec![I(0), I(1), End, I(1), I(2), End, C(2), I(0), I(5), End];
     for e in ENCODINGS {
-        let reordered = file(e, &format!("{FACES}{edges}{VERTICES}"), &[quad_and_two(), between.clone(), five()].concat());
+        let reordered = file(
+            e,
+            &format!("{FACES}{edges}{VERTICES}"),
+            &[quad_and_two(), between.clone(), five()].concat(),
+        );
         assert_eq!(ok(&reordered), ok(&simple(e)), "{e}");
     }
 }
@@ -133,14 +157,19 @@ fn any_line_end_and_comment_is_read() {
     // The first byte of the body is a line feed: a reader that trims white space loses it.
     let declarations = "comment caf\u{e9} \nobj_info x\n";
     for end in ["\n", "\r\n", "\r"] {
-        let mut bytes = String::from_utf8_lossy(&lf[..split]).replacen("element", &format!("{declarations}element"), 1);
+        let mut bytes =
+            String::from_utf8_lossy(&lf[..split]).replacen("element", &format!("{declarations}element"), 1);
         bytes = bytes.replace('\n', end);
         let mut bytes: Vec<u8> = bytes.bytes().map(|b| if b == 0xc3 { 0xff } else { b }).collect();
         let mut body = lf[split..].to_vec();
         body[0] = 0x0a;
         bytes.extend(body);
         let soup = ok(&bytes);
-        assert_eq!(soup.positions.get(0).unwrap()[0], f64::from(f32::from_le_bytes([0x0a, 0, 0, 0])), "{end:?}");
+        assert_eq!(
+            soup.positions.get(0).unwrap()[0],
+            f64::from(f32::from_le_bytes([0x0a, 0, 0, 0])),
+            "{end:?}"
+        );
         assert_eq!(soup.triangles.len(), 4);
     }
     let crlf = String::from_utf8(simple("ascii")).unwrap().replace('\n', "\r\n\r\n");
@@ -208,30 +237,59 @@ fn broken_files_are_refused() {
         ("P2 endless header", many, "FC202", "1048576 bytes"),
         ("P3 long line", long(70_000, b'x'), "FC202", "65536 bytes"),
         ("P4 count no u64", swap("vertex 5", "vertex 99999999999999999999"), "FC202", "line 3"),
-        ("P5 count too large", swap("vertex 5", "vertex 4000000000"), "FC205", "4000000000 vertex records, the file has room for"),
+        (
+            "P5 count too large",
+            swap("vertex 5", "vertex 4000000000"),
+            "FC205",
+            "4000000000 vertex records, the file has room for",
+        ),
         ("P5 faces too large", swap("face 3", "face 4000000000"), "FC205", "4000000000 face records"),
-        ("P6 no properties", swap("element face", "element void 9999999999999\nelement face"), "FC202", "line 7: element void"),
+        (
+            "P6 no properties",
+            swap("element face", "element void 9999999999999\nelement face"),
+            "FC202",
+            "line 7: element void",
+        ),
         ("P7 negative count", swap("vertex 5", "vertex -5"), "FC202", "\"-5\""),
         ("P8 text cut off", good.as_bytes()[..good.len() - 8].to_vec(), "FC204", "face 2 of 3"),
         ("P10 float length", swap("list uchar", "list float"), "FC202", "length"),
         ("P10 negative length", i8_list, "FC206", "length -3"),
         ("P10 huge length", u32_list, "FC205", "4294967295 values"),
         ("P11 too many corners", corners, "FC503", "65537 corners"),
-        ("P12 index too large", swap("3 0 1 4", "3 0 1 5"), "FC203", "line 16 (byte 206): face 1 uses vertex 5 of 5"),
+        (
+            "P12 index too large",
+            swap("3 0 1 4", "3 0 1 5"),
+            "FC203",
+            "line 16 (byte 206): face 1 uses vertex 5 of 5",
+        ),
         ("P12 index negative", swap("3 0 1 4", "3 0 1 -1"), "FC203", "uses vertex -1 of 5"),
         ("P12 index no integer", swap("3 0 1 4", "3 0 1 4.0"), "FC206", "\"4.0\""),
         ("P13 other list", swap("vertex_indices", "indices"), "FC208", "found: indices"),
         ("P17 no z", swap("float z", "float w"), "FC208", "found: x, y, w"),
         ("P17 list z", swap("float z", "list uchar float z"), "FC208", "scalar"),
-        ("P19 two vertex elements", swap("element face", "element vertex 1\nproperty int a\nelement face"), "FC202", "twice"),
-        ("P21 no face element", [&good.as_bytes()[..good.find("element face").unwrap()], b"end_header\n0 0 0\n1 0 0\n1 1 0.1\n0 1 0\n0.5 0.5 2\n"].concat(), "FC207", "no faces"),
+        (
+            "P19 two vertex elements",
+            swap("element face", "element vertex 1\nproperty int a\nelement face"),
+            "FC202",
+            "twice",
+        ),
+        (
+            "P21 no face element",
+            [
+                &good.as_bytes()[..good.find("element face").unwrap()],
+                b"end_header\n0 0 0\n1 0 0\n1 1 0.1\n0 1 0\n0.5 0.5 2\n",
+            ]
+            .concat(),
+            "FC207",
+            "no faces",
+        ),
         ("P23 gzip", b"\x1f\x8b\x08".to_vec(), "FC201", "unpack it first"),
         ("P24 version", swap("ascii 1.0", "ascii 2.0"), "FC202", "ascii 2.0"),
         ("P24 format", swap("ascii", "binary_middle_endian"), "FC202", "binary_middle_endian"),
         ("no format", swap("format ascii 1.0\n", ""), "FC202", "no format"),
         ("type", swap("float x", "int64 x"), "FC202", "int64"),
         ("property twice", swap("float y", "float x"), "FC202", "two properties x"),
-        ("more values", swap("1 0 0", "1 0 0 7"), "FC206", "line 11 (byte 163): the line has more values"),
+        ("more values", swap("1 0 0", "1 0 0 7"), "FC206", "line 11 (byte 166): the line has more values"),
         ("decimal comma", swap("0.5 0.5", "0,5 0,5"), "FC206", "not a comma"),
         ("no vertices", swap("element vertex", "element vertices"), "FC208", "found: vertices, face"),
     ];

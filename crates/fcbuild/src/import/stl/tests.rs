@@ -1,6 +1,8 @@
 //! Promises of the STL readers, by the entries of the catalogue of bad inputs.
 
-use super::super::testing::{is_f64, read, read_limited, refuse_truncation, refused, shape, survive_damage, warned};
+use super::super::testing::{
+    is_f64, read, read_limited, refuse_truncation, refused, shape, survive_damage, warned,
+};
 use super::super::{DropReason, Soup};
 
 const TETRAHEDRON: [[[f32; 3]; 3]; 4] = [
@@ -66,13 +68,28 @@ fn broken_files_are_refused() {
     let text = ascii("a", &TETRAHEDRON);
     let cases: [(&str, Vec<u8>, &str, &str); 9] = [
         ("empty", vec![], "FC200", "empty"),
-        ("count too large", with_count(5), "FC205", "declares 5 triangles, the size of 284 bytes is that of 4"),
+        (
+            "count too large",
+            with_count(5),
+            "FC205",
+            "declares 5 triangles, the size of 284 bytes is that of 4",
+        ),
         ("count zero with data", with_count(0), "FC205", "declares 0 triangles"),
         ("huge count", with_count(u32::MAX), "FC205", "4294967295"),
         ("header only", binary("", &[]), "FC207", "no faces"),
         ("unterminated facet", text.replacen("endloop", "", 1).into_bytes(), "FC206", "line 8 (byte"),
-        ("four vertices", text.replacen("endloop", "vertex 1 1 1 endloop", 1).into_bytes(), "FC206", "`endloop`"),
-        ("no number", text.replacen("vertex 0 1 0", "vertex 0 1,5 0", 1).into_bytes(), "FC206", "decimal point"),
+        (
+            "four vertices",
+            text.replacen("endloop", "vertex 1 1 1 endloop", 1).into_bytes(),
+            "FC206",
+            "`endloop`",
+        ),
+        (
+            "no number",
+            text.replacen("vertex 0 1 0", "vertex 0 1,5 0", 1).into_bytes(),
+            "FC206",
+            "decimal point",
+        ),
         ("empty solid", b"solid a\nendsolid a\n".to_vec(), "FC207", "no faces"),
     ];
     for (what, bytes, code, part) in cases {
@@ -103,7 +120,9 @@ fn several_solids_are_groups() {
 
 #[test]
 fn text_far_from_the_origin_keeps_its_digits() {
-    let text = ascii("map", &TETRAHEDRON).replace("vertex 0", "vertex 4000000.125").replace("vertex 1", "vertex 4000001.126");
+    let text = ascii("map", &TETRAHEDRON)
+        .replace("vertex 0", "vertex 4000000.125")
+        .replace("vertex 1", "vertex 4000001.126");
     let soup = read_ok(text.as_bytes());
     assert!(is_f64(&soup) && !is_f64(&read_ok(ascii("", &TETRAHEDRON).as_bytes())));
     assert_eq!(shape(&soup)[3][0][0], 4_000_001.126);
@@ -127,6 +146,7 @@ fn every_truncation_is_refused() {
 
 #[test]
 fn damage_never_panics() {
-    let seeds = [binary("solid", &TETRAHEDRON), ascii("a", &TETRAHEDRON).into_bytes(), binary("", &TETRAHEDRON)];
+    let seeds =
+        [binary("solid", &TETRAHEDRON), ascii("a", &TETRAHEDRON).into_bytes(), binary("", &TETRAHEDRON)];
     survive_damage("part.stl", &seeds, 2000);
 }

@@ -1,0 +1,163 @@
+//! What was typed: the flags as `clap` reads them.
+
+use super::size;
+use clap::{Parser, ValueEnum};
+use fcbuild::SplitMode;
+use fcbuild::mesh::Weld;
+use std::path::PathBuf;
+
+/// What `--help` shows below the flags.
+const EXAMPLES: &str = "\
+Examples:
+  fcbuild dragon.ply -o dragon.fct                      the whole job
+  fcbuild left.obj right.obj -o pair.fct                several files, one tree, a group each
+  fcbuild dragon.ply -o dragon.fct --split cca          cut clusters by normals only
+  fcbuild scan.stl -o scan.fct --weld 0.001             join vertices up to 0.001 apart
+  fcbuild scan.ply -o scan.fct --force --report r.json  replace the output, keep the counts
+  fcbuild scan.ply -o scan.fct --strict                 refuse what would need repair
+
+The summary goes to standard output, progress, warnings and errors to standard error.
+
+Exit codes: 0 done (perhaps with warnings), 1 our bug, 2 usage, 3 bad input, 4 input or output, 5 a limit,
+130 or 143 stopped by a signal. On any but 0 nothing is written.";
+
+/// Builds a face-cluster tree (.fct) from polygon meshes: PLY, OBJ, STL, glTF or GLB.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "fcbuild", version, about, after_help = EXAMPLES, max_term_width = 100)]
+pub(crate) struct Flags {
+    /// Meshes; each object in them becomes a group of the tree
+    #[arg(required = true, value_name = "IN")]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The tree to write
+    #[arg(short, long, value_name = "OUT.fct")]
+    pub(crate) output: PathBuf,
+    /// How clusters are cut in two: across positions (pca), by normals (cca), or the better of both (paper)
+    #[arg(long, value_enum, value_name = "paper|pca|cca", default_value_t = SplitFlag::Paper, hide_possible_values = true)]
+    pub(crate) split: SplitFlag,
+    /// Threads, at most 256; the output does not depend on it [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) threads: Option<u32>,
+    /// Refuse before the long work what would need more, such as 800M or 6GiB [default: 75 % of what the machine or its control group has]
+    #[arg(long, value_name = "SIZE", value_parser = size::parse)]
+    pub(crate) max_memory: Option<u64>,
+    /// Replace existing outputs
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Take every warning and every dropped face for an error
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Join vertices at equal positions (exact), up to a distance apart (EPS, in the unit of the input), or not at all
+    #[arg(long, value_name = "exact|EPS|off", default_value = "exact", value_parser = weld)]
+    pub(crate) weld: Weld,
+    /// Write counts, times and sizes as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
+    /// Form of errors and warnings: for people, or one JSON object a line
+    #[arg(long, value_enum, value_name = "human|json", default_value_t = MessageFormat::Human, hide_possible_values = true)]
+    pub(crate) message_format: MessageFormat,
+    /// Show progress: on a terminal (auto), always, or never
+    #[arg(long, value_enum, value_name = "auto|always|never", default_value_t = ProgressFlag::Auto, hide_possible_values = true)]
+    pub(crate) progress: ProgressFlag,
+}
+
+/// `--split`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SplitFlag {
+    /// The better of the two below.
+    Paper,
+    /// Principal component analysis.
+    Pca,
+    /// Canonical correlation analysis.
+    Cca,
+}
+
+impl From<SplitFlag> for SplitMode {
+    fn from(flag: SplitFlag) -> SplitMode {
+        match flag {
+            SplitFlag::Paper => SplitMode::Paper,
+            SplitFlag::Pca => SplitMode::Pca,
+            SplitFlag::Cca => SplitMode::Cca,
+        }
+    }
+}
+
+/// `--message-format`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MessageFormat {
+    /// Sentences.
+    Human,
+    /// JSON objects.
+    Json,
+}
+
+/// `--progress`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgressFlag {
+    /// When standard error is a terminal and messages are for people.
+    Auto,
+    /// Also where it is none, as lines.
+    Always,
+    /// Not at all.
+    Never,
+}
+
+fn weld(text: &str) -> Result<Weld, String> {
+    match text {
+        "exact" => Ok(Weld::Exact),
+        "off" => Ok(Weld::Off),
+        _ => match text.parse::<f64>() {
+            Ok(distance) if distance > 0.0 && distance.is_finite() => Ok(Weld::Within(distance)),
+            _ => Err("expected `exact`, `off` or a distance above 0".to_owned()),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn parse(words: &str) -> Result<Flags, clap::Error> {
+        Flags::try_parse_from(std::iter::once("fcbuild").chain(words.split_whitespace()))
+    }
+
+    #[test]
+    fn the_flags_are_consistent() {
+        Flags::command().debug_assert();
+    }
+
+    #[test]
+    fn every_flag_means_what_it_says() {
+        let flags = parse(
+            "a.ply b.obj -o c.fct --split cca --threads 3 --max-memory 2GiB --force --strict --weld 0.5 \
+             --report r.json --message-format json --progress never",
+        )
+        .unwrap();
+        assert_eq!(flags.inputs.len(), 2);
+        assert_eq!((flags.split, flags.threads, flags.max_memory), (SplitFlag::Cca, Some(3), Some(2 << 30)));
+        assert!(flags.force && flags.strict && flags.report.is_some());
+        assert_eq!(flags.weld, Weld::Within(0.5));
+        assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ProgressFlag::Never));
+        let plain = parse("a.ply -o c.fct").unwrap();
+        assert_eq!((plain.split, plain.weld, plain.force), (SplitFlag::Paper, Weld::Exact, false));
+    }
+
+    #[test]
+    fn nonsense_is_a_usage_error() {
+        for words in [
+            "",
+            "a.ply",
+            "-o c.fct",
+            "a.ply -o c.fct --split quality",
+            "a.ply -o c.fct --threads 0",
+            "a.ply -o c.fct --threads many",
+            "a.ply -o c.fct --weld -1",
+            "a.ply -o c.fct --weld nan",
+            "a.ply -o c.fct --max-memory 0",
+            "a.ply -o c.fct --max-memory lots",
+            "a.ply -o c.fct --faster",
+        ] {
+            assert_eq!(parse(words).expect_err(words).exit_code(), 2, "{words}");
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What is done: import and build on threads of their own, while the main thread listens for signals.
+
+use super::bug;
+use super::identity::source_id;
+use super::inputs::read_all;
+use super::interrupt::Interrupt;
+use super::memory;
+use super::message::notices;
+use super::progress::{Progress, Stage};
+use super::settings::Settings;
+use super::size;
+use fcbuild::error::ErrorKind;
+use fcbuild::import::Tally;
+use fcbuild::{BuildOptions, Built, Error, build};
+use std::sync::Arc;
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Room for recursion, which is bounded by the depth of the tree; the systems' defaults differ.
+const STACK_BYTES: usize = 16 << 20;
+
+/// How long a signal may wait to be noticed.
+const LISTEN_EVERY: Duration = Duration::from_millis(50);
+
+/// A tree that is built and not yet written.
+pub(crate) struct Made {
+    /// The tree.
+    pub(crate) built: Built,
+    /// Vertices of the input, before welding.
+    pub(crate) vertices_in: u64,
+    /// Tells the input and the settings.
+    pub(crate) source_id: u128,
+    /// Time of the import.
+    pub(crate) import: Duration,
+    /// Bytes of memory that the job was expected to take.
+    pub(crate) estimate: u64,
+}
+
+/// How the job ended.
+pub(crate) enum Ended {
+    /// By itself.
+    Alone(Result<Box<Made>, Error>),
+    /// By a signal, with this exit code; the job's threads still run and end with the process.
+    BySignal(u8),
+}
+
+/// Imports and builds in the background and waits for the end, or for a signal.
+pub(crate) fn run(settings: &Settings, progress: &Arc<Progress>, interrupt: &Interrupt) -> Ended {
+    let (sender, receiver) = sync_channel(1);
+    let spawned = {
+        let (settings, progress) = (settings.clone(), Arc::clone(progress));
+        thread::Builder::new().name("job".to_owned()).stack_size(STACK_BYTES).spawn(move || {
+            let made = bug::caught(|| make(&settings, &progress)).map(Box::new);
+            // Nobody listens any more after a signal.
+            let _ = sender.send(made);
+        })
+    };
+    if let Err(e) = spawned {
+        return Ended::Alone(Err(no_threads(&e)));
+    }
+    loop {
+        match receiver.recv_timeout(LISTEN_EVERY) {
+            Ok(made) => return Ended::Alone(made),
+            Err(RecvTimeoutError::Timeout) => {
+                if let Some(exit) = interrupt.exit_code() {
+                    return Ended::BySignal(exit);
+                }
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                return Ended::Alone(Err(Error::new(
+                    ErrorKind::Internal,
+                    bug::CODE,
+                    "the job ended without a word",
+                )
+                .remedy("please report it with the command and the input")));
+            }
+        }
+    }
+}
+
+fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads)
+        .stack_size(STACK_BYTES)
+        .thread_name(|i| format!("build {i}"))
+        .build()
+        .map_err(|e| no_threads(&e))?;
+    let start = Instant::now();
+    let soup = read_all(&settings.inputs, settings.max_memory, progress)?;
+    let import = start.elapsed();
+    check_strict(settings, &soup.tally)?;
+
+    let estimate = memory::estimate(&soup, settings.weld);
+    memory::check(estimate, settings.max_memory)?;
+    progress.note(&format!(
+        "{} and {}: about {} of memory",
+        size::counted(soup.triangles.len() as u64, "face"),
+        size::grouped(soup.positions.len() as u64) + " vertices",
+        size::bytes(estimate),
+    ));
+
+    let vertices_in = soup.positions.len() as u64;
+    let source_id = source_id(&soup, settings.split, settings.weld);
+    let options = BuildOptions {
+        split: settings.split,
+        weld: settings.weld,
+        progress: &|phase, done, total| progress.tell(Stage::Build(phase), done, total),
+    };
+    let mut built = pool.install(|| build(soup, &options))?;
+    check_strict(settings, &built.tally)?;
+    check_books(&built)?;
+    built.meta.generator = concat!("fcbuild ", env!("CARGO_PKG_VERSION")).to_owned();
+    built.meta.source = settings.input_names();
+    Ok(Made { built, vertices_in, source_id, import, estimate })
+}
+
+/// Refuses repairs where the user wants none.
+fn check_strict(settings: &Settings, tally: &Tally) -> Result<(), Error> {
+    let found = notices(tally);
+    if !settings.strict || found.is_empty() {
+        return Ok(());
+    }
+    let list: Vec<_> =
+        found.iter().map(|n| format!("{} ({}, {})", n.name, n.code, size::grouped(n.count))).collect();
+    let error = Error::bad_input("FC213", format!("--strict refuses to repair: {}", list.join(", ")))
+        .remedy("mend the mesh, or leave --strict out to accept the repairs");
+    Err(match settings.inputs.as_slice() {
+        [only] => error.in_file(only),
+        _ => error,
+    })
+}
+
+/// Nothing may get lost: what was read is kept or counted as dropped.
+fn check_books(built: &Built) -> Result<(), Error> {
+    let (tally, kept) = (&built.tally, built.meta.faces_kept);
+    if tally.faces_in == kept.saturating_add(tally.dropped.total()) {
+        return Ok(());
+    }
+    Err(Error::new(
+        ErrorKind::Internal,
+        bug::CODE,
+        format!(
+            "{} faces were read, {kept} kept and {} dropped, which is no sum",
+            tally.faces_in,
+            tally.dropped.total()
+        ),
+    )
+    .remedy("please report it with the input"))
+}
+
+fn no_threads(e: &dyn std::fmt::Display) -> Error {
+    Error::new(ErrorKind::Limit, "FC507", format!("the threads cannot be started: {e}"))
+        .remedy("ask for fewer with --threads")
+}

@@ -1,0 +1,160 @@
+//! Memory: what a job will take, what it may take, and what it took.
+//!
+//! # Measured
+//! Largest resident size (`/usr/bin/time -v`) on x86-64 Linux, in bytes a face; `estimate` is that of this module.
+//!
+//! | mesh | faces | vertices | peak | estimate |
+//! |------|-------|----------|------|----------|
+//! | Stanford bunny, PLY | 69,451 | 0.52 a face | 498 | 688 |
+//! | Stanford dragon, PLY | 871,414 | 0.50 a face | 434 | 459 |
+//! | the same, 8 threads | 871,414 | 0.50 a face | 444 | 459 |
+//! | the same, STL, welded | 871,414 | 3 a face, then 0.50 | 446 | 459 |
+//! | the same, STL, `--weld off` | 871,414 | 3 a face | 1181 | 1209 |
+//! | a generated sculpture | 4,205,494 | 0.50 a face | 411 | 444 |
+
+use super::{distinct, size};
+use fcbuild::Error;
+use fcbuild::error::ErrorKind;
+use fcbuild::import::Soup;
+use fcbuild::mesh::Weld;
+use std::fs;
+use std::path::Path;
+
+/// Bytes of a process that has built next to nothing: program, stacks, buffers.
+const BASE: u64 = 16 << 20;
+
+/// Bytes at the peak for each face. Too small, and jobs run out of memory; too large, and jobs are refused that fit.
+const PER_FACE: u64 = 290;
+
+/// Bytes at the peak for each vertex after welding; more vertices also mean more boundary.
+const PER_VERTEX: u64 = 300;
+
+/// The share of the memory that a job may plan with when the user gives no limit; the rest is for other programs and
+/// for the pages of the files.
+const DEFAULT_SHARE: f64 = 0.75;
+
+/// The bytes that building `soup` will take at the peak, about.
+pub(crate) fn estimate(soup: &Soup, weld: Weld) -> u64 {
+    let vertices = match weld {
+        Weld::Off => soup.positions.len() as u64,
+        // Welding within a distance joins at least these.
+        Weld::Exact | Weld::Within(_) => distinct::positions(&soup.positions),
+    };
+    estimate_of(soup.triangles.len() as u64, vertices)
+}
+
+fn estimate_of(faces: u64, vertices: u64) -> u64 {
+    BASE.saturating_add(faces.saturating_mul(PER_FACE)).saturating_add(vertices.saturating_mul(PER_VERTEX))
+}
+
+/// The most faces that can be built within `limit` bytes, whatever the number of vertices.
+pub(crate) fn faces_within(limit: u64) -> u64 {
+    (limit.saturating_sub(BASE) / PER_FACE).max(1)
+}
+
+/// Holds the estimate against the limit.
+///
+/// # Errors
+/// A limit error with both numbers.
+pub(crate) fn check(estimate: u64, limit: Option<u64>) -> Result<(), Error> {
+    match limit {
+        Some(limit) if estimate > limit => Err(Error::new(
+            ErrorKind::Limit,
+            "FC506",
+            format!(
+                "the job needs about {} of memory and may take {}",
+                size::bytes(estimate),
+                size::bytes(limit)
+            ),
+        )
+        .remedy("raise --max-memory, or split or simplify the mesh")
+        .limit(limit, estimate)),
+        _ => Ok(()),
+    }
+}
+
+/// What a job may take when the user gives no limit; `None` where the system does not tell.
+pub(crate) fn default_limit() -> Option<u64> {
+    let of_machine = kilobytes_after(&fs::read_to_string("/proc/meminfo").ok()?, "MemTotal:");
+    let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let of_group = group_limits(&groups).into_iter().filter_map(|file| {
+        // "max" and what else is no number is no limit.
+        fs::read_to_string(file).ok()?.trim().parse::<u64>().ok()
+    });
+    let smallest = of_group.chain(of_machine).min()?;
+    Some((smallest as f64 * DEFAULT_SHARE) as u64)
+}
+
+/// The highest resident size of this process so far; `None` where the system does not tell.
+pub(crate) fn peak() -> Option<u64> {
+    kilobytes_after(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
+}
+
+/// Reads the number in a line such as `VmHWM:     1234 kB`.
+fn kilobytes_after(text: &str, key: &str) -> Option<u64> {
+    let rest = text.lines().find_map(|line| line.strip_prefix(key))?;
+    rest.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
+/// The files that may hold a memory limit of the control groups that `/proc/self/cgroup` lists: of each group and of
+/// all above it.
+fn group_limits(groups: &str) -> Vec<std::path::PathBuf> {
+    let mut files = Vec::new();
+    for line in groups.lines() {
+        let mut fields = line.splitn(3, ':').skip(1);
+        let (Some(controllers), Some(group)) = (fields.next(), fields.next()) else { continue };
+        let (root, file) = match controllers {
+            "" => ("/sys/fs/cgroup", "memory.max"),
+            c if c.split(',').any(|c| c == "memory") => ("/sys/fs/cgroup/memory", "memory.limit_in_bytes"),
+            _ => continue,
+        };
+        let group = Path::new(group.trim_start_matches('/'));
+        files.extend(group.ancestors().map(|above| Path::new(root).join(above).join(file)));
+    }
+    files
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_is_held() {
+        assert!(check(100, None).is_ok() && check(100, Some(100)).is_ok());
+        let error = check(estimate_of(1_000_000, 500_000), Some(1 << 20)).unwrap_err();
+        assert_eq!((error.exit_code(), error.code()), (5, "FC506"));
+        assert!(error.message().contains("1.0 MB"), "{error}");
+    }
+
+    #[test]
+    fn a_mesh_over_the_face_limit_is_over_the_memory_limit() {
+        for limit in [1 << 20, 1 << 28, 1 << 35] {
+            assert!(estimate_of(faces_within(limit) + 1, 0) > limit);
+        }
+    }
+
+    #[test]
+    fn numbers_of_the_kernel_are_read() {
+        let status = "Name:\tfcbuild\nVmPeak:\t  99 kB\nVmHWM:\t    1234 kB\n";
+        assert_eq!(kilobytes_after(status, "VmHWM:"), Some(1234 * 1024));
+        assert_eq!(kilobytes_after(status, "VmSwap:"), None);
+    }
+
+    #[test]
+    fn limits_of_all_control_groups_above_count() {
+        let files = |text| group_limits(text).iter().map(|p| p.display().to_string()).collect::<Vec<_>>();
+        let two = files("0::/user.slice/job.scope\n");
+        assert_eq!(
+            two,
+            [
+                "/sys/fs/cgroup/user.slice/job.scope/memory.max",
+                "/sys/fs/cgroup/user.slice/memory.max",
+                "/sys/fs/cgroup/memory.max"
+            ]
+        );
+        assert_eq!(
+            files("3:cpu:/x\n4:hugetlb,memory:/a"),
+            ["/sys/fs/cgroup/memory/a/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.limit_in_bytes"]
+        );
+    }
+}

@@ -1,0 +1,187 @@
+//! The rules for outputs, checked before the long work.
+
+use super::settings::Settings;
+use fcbuild::Error;
+use fcbuild::error::ErrorKind;
+use fct::Writer;
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// The outputs as temporaries beside their final places. Dropping them leaves nothing behind.
+pub(crate) struct Outputs {
+    /// The tree.
+    pub(crate) tree: Writer,
+    /// The report, if one is asked for.
+    pub(crate) report: Option<PendingReport>,
+}
+
+impl Outputs {
+    /// Checks the places and makes the temporaries.
+    ///
+    /// # Errors
+    /// Usage when an output is an input, or both outputs are one; I/O when an output exists and may not be
+    /// replaced, is no regular file, or its folder cannot be written.
+    pub(crate) fn prepare(settings: &Settings) -> Result<Outputs, Error> {
+        let outputs = std::iter::once(&settings.output).chain(&settings.report);
+        for output in outputs {
+            for input in &settings.inputs {
+                if same_place(input, output) {
+                    return Err(Error::new(ErrorKind::Usage, "FC101", "the output is an input")
+                        .in_file(output)
+                        .remedy("give the output another name"));
+                }
+            }
+            check_kind(output)?;
+        }
+        if settings.report.as_ref().is_some_and(|report| same_place(report, &settings.output)) {
+            return Err(Error::new(ErrorKind::Usage, "FC101", "the report and the tree are one file")
+                .in_file(&settings.output)
+                .remedy("give the report another name"));
+        }
+        let tree = Writer::create(&settings.output, settings.force).map_err(writer_error)?;
+        let report =
+            settings.report.as_ref().map(|path| PendingReport::create(path, settings.force)).transpose()?;
+        Ok(Outputs { tree, report })
+    }
+}
+
+/// A report that is not there yet.
+pub(crate) struct PendingReport {
+    temporary: NamedTempFile,
+    target: PathBuf,
+    overwrite: bool,
+}
+
+impl PendingReport {
+    fn create(target: &Path, overwrite: bool) -> Result<PendingReport, Error> {
+        if !overwrite && fs::symlink_metadata(target).is_ok() {
+            return Err(exists(target));
+        }
+        let folder = match target.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".report.").suffix(".fct-tmp");
+        #[cfg(unix)]
+        {
+            // The default is for the owner alone; a report is a file like any other, as the umask says.
+            use std::os::unix::fs::PermissionsExt as _;
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let temporary = builder
+            .tempfile_in(folder)
+            .map_err(|e| Error::io("FC412", target, "cannot create a file in this folder", &e))?;
+        Ok(PendingReport { temporary, target: target.to_owned(), overwrite })
+    }
+
+    /// Writes `text` and moves the file to its place.
+    ///
+    /// # Errors
+    /// I/O, with the old file untouched.
+    pub(crate) fn finish(mut self, text: &str) -> Result<(), Error> {
+        let file = self.temporary.as_file_mut();
+        file.write_all(text.as_bytes())
+            .and_then(|()| file.sync_all())
+            .map_err(|e| Error::io("FC412", &self.target, "cannot write the report", &e))?;
+        let moved = if self.overwrite {
+            self.temporary.persist(&self.target)
+        } else {
+            self.temporary.persist_noclobber(&self.target)
+        };
+        match moved {
+            Ok(_) => Ok(()),
+            Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Err(exists(&self.target)),
+            Err(e) => Err(Error::io("FC412", &self.target, "cannot move the report to its place", &e.error)),
+        }
+    }
+}
+
+/// An error of the tree's writer as one of this program.
+pub(crate) fn writer_error(error: fct::Error) -> Error {
+    let code = error.code();
+    match &error {
+        fct::Error::Io { path, what, source } => Error::io(code, path, what, source),
+        fct::Error::Exists { path } => exists(path),
+        fct::Error::NotAFile { path } => {
+            Error::new(ErrorKind::Io, code, "not a regular file").in_file(path).remedy("name a .fct file")
+        }
+        fct::Error::Limit { path, found, limit } => {
+            Error::new(ErrorKind::Limit, code, format!("{found}; the limit is {limit}")).in_file(path)
+        }
+        // The tree was ours, so a broken rule is too, or the disk's.
+        _ => Error::new(ErrorKind::Internal, "FC901", format!("the finished tree is refused: {error}"))
+            .remedy("please report it with the input"),
+    }
+}
+
+fn exists(path: &Path) -> Error {
+    Error::new(ErrorKind::Io, "FC472", "the file exists").in_file(path).remedy("give --force to replace it")
+}
+
+/// A pipe or a device would be replaced by a file, which nobody means.
+fn check_kind(output: &Path) -> Result<(), Error> {
+    match fs::metadata(output) {
+        Ok(found) if !found.is_file() => {
+            let what = if found.is_dir() { "a directory" } else { "no regular file" };
+            Err(Error::new(ErrorKind::Io, "FC473", format!("the output is {what}"))
+                .in_file(output)
+                .remedy("give the path of a file"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether two paths lead to one file, however they are spelled.
+fn same_place(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
+        use std::os::unix::fs::MetadataExt as _;
+        return (a.dev(), a.ino()) == (b.dev(), b.ino());
+    }
+    match (resolved(a), resolved(b)) {
+        (Some(a), Some(b)) => a == b,
+        _ => a == b,
+    }
+}
+
+/// The path without links and dots; the last name may be of a file that is not there yet.
+fn resolved(path: &Path) -> Option<PathBuf> {
+    if let Ok(found) = fs::canonicalize(path) {
+        return Some(found);
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Some(fs::canonicalize(folder).ok()?.join(path.file_name()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_file_is_known_under_every_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, other] = ["a.ply", "b.ply"].map(|name| folder.path().join(name));
+        fs::write(&file, "x").unwrap();
+        assert!(same_place(&file, &folder.path().join(".").join("a.ply")));
+        assert!(!same_place(&file, &other));
+        assert!(same_place(&other, &folder.path().join(".").join("b.ply")), "also when it is not there");
+        fs::hard_link(&file, &other).unwrap();
+        assert!(cfg!(not(unix)) || same_place(&file, &other));
+    }
+
+    #[test]
+    fn a_report_that_is_not_finished_leaves_no_trace() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.json");
+        drop(PendingReport::create(&path, false).unwrap());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        PendingReport::create(&path, false).unwrap().finish("{}").unwrap();
+        assert_eq!(PendingReport::create(&path, false).err().map(|e| e.exit_code()), Some(4));
+        PendingReport::create(&path, true).unwrap().finish("[]").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "[]");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

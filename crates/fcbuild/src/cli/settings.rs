@@ -1,0 +1,98 @@
+//! What was meant: flags with their defaults resolved.
+
+use super::flags::{Flags, MessageFormat, ProgressFlag};
+use super::memory;
+use fcbuild::error::ErrorKind;
+use fcbuild::mesh::Weld;
+use fcbuild::{Error, SplitMode};
+use std::io::IsTerminal as _;
+use std::path::{Path, PathBuf};
+
+/// More threads than this only cost memory: the serial parts dominate long before.
+const MAX_THREADS: u32 = 256;
+
+/// How to do the job.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings {
+    /// The meshes.
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The tree.
+    pub(crate) output: PathBuf,
+    /// The report, if one is asked for.
+    pub(crate) report: Option<PathBuf>,
+    /// How clusters are cut.
+    pub(crate) split: SplitMode,
+    /// Which vertices become one.
+    pub(crate) weld: Weld,
+    /// Threads of the pool.
+    pub(crate) threads: usize,
+    /// Bytes that the job may take, as far as they are known.
+    pub(crate) max_memory: Option<u64>,
+    /// Whether outputs may be replaced.
+    pub(crate) force: bool,
+    /// Whether repairs are errors.
+    pub(crate) strict: bool,
+    /// How progress is shown.
+    pub(crate) progress: ProgressForm,
+}
+
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ProgressForm {
+    /// Not at all.
+    Off,
+    /// A bar that moves.
+    Bar,
+    /// A line now and then, for logs.
+    Lines,
+}
+
+impl Settings {
+    /// Resolves the flags on this machine.
+    ///
+    /// # Errors
+    /// Usage for standard input or output in place of a file: the readers jump in their files, and the tree is
+    /// moved to its place when it is whole.
+    pub(crate) fn from_flags(flags: &Flags) -> Result<Settings, Error> {
+        let all = flags.inputs.iter().chain([&flags.output]).chain(&flags.report);
+        for path in all {
+            if path == Path::new("-") {
+                return Err(Error::new(
+                    ErrorKind::Usage,
+                    "FC102",
+                    "standard input and output cannot be used",
+                )
+                .remedy("name a file; one that is called `-` is `./-`"));
+            }
+        }
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let terminal = std::io::stderr().is_terminal();
+        Ok(Settings {
+            inputs: flags.inputs.clone(),
+            output: flags.output.clone(),
+            report: flags.report.clone(),
+            split: flags.split.into(),
+            weld: flags.weld,
+            threads: flags.threads.map_or_else(cores, |n| n as usize).min(MAX_THREADS as usize),
+            max_memory: flags.max_memory.or_else(memory::default_limit),
+            force: flags.force,
+            strict: flags.strict,
+            progress: match (flags.progress, terminal) {
+                (ProgressFlag::Never, _) | (ProgressFlag::Auto, false) => ProgressForm::Off,
+                // A bar would garble the lines that a program reads.
+                (ProgressFlag::Auto, true) if flags.message_format == MessageFormat::Json => {
+                    ProgressForm::Off
+                }
+                (_, true) => ProgressForm::Bar,
+                (ProgressFlag::Always, false) => ProgressForm::Lines,
+            },
+        })
+    }
+
+    /// The names of the inputs without folders.
+    pub(crate) fn input_names(&self) -> String {
+        let names: Vec<_> =
+            self.inputs.iter().filter_map(|p| p.file_name()).map(|name| name.to_string_lossy()).collect();
+        names.join(", ")
+    }
+}

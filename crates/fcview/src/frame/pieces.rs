@@ -1,0 +1,194 @@
+//! The triangles of a frame in pieces: subtrees that are drawn, asked about and left out together.
+
+use super::cut::{CutId, Cuts};
+use crate::camera::View;
+use crate::scene::Scene;
+use fcextract::Batch;
+use fct::{Child, ChildRef, Subtree};
+use glam::DVec3;
+use std::ops::Range;
+
+/// A subtree's triangles in one instance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// Number of the placed instance, which is also its row on the GPU.
+    pub(crate) placed: u32,
+    /// Its cut.
+    pub(crate) cut: CutId,
+    /// The subtree.
+    pub(crate) node: ChildRef,
+    /// Its first index within the cut.
+    pub(crate) first_index: u32,
+    /// Its number of indices.
+    pub(crate) index_count: u32,
+    /// Distance of the eye from the subtree's sphere, in the scene's unit; negative inside.
+    pub(crate) near: f64,
+}
+
+/// Pieces are never made smaller than this many triangles on purpose: about what a query costs to draw.
+const FEWEST_TRIANGLES: u64 = 64;
+
+/// Divides a frame's triangles into about `wanted` pieces, in the order of instances and trees.
+///
+/// What is divided depends on the cuts alone, so every way to draw a selection has the same pieces.
+pub(crate) fn divide(scene: &Scene, view: &View, cuts: &Cuts, wanted: usize, out: &mut Vec<Piece>) {
+    out.clear();
+    let slots = || cuts.placed.iter().filter_map(|placed| cuts.slot(placed.cut));
+    let indices: u64 = slots().map(|slot| slot.extraction.indices.len() as u64).sum();
+    let most = 3 * (indices / 3 / wanted.max(1) as u64).max(FEWEST_TRIANGLES);
+    for (placed, number) in cuts.placed.iter().zip(0_u32..) {
+        let (Some(instance), Some(slot)) = (scene.instances.get(placed.instance), cuts.slot(placed.cut))
+        else {
+            continue;
+        };
+        let Some(model) = scene.models.get(slot.model) else { continue };
+        let eye = instance.to_model(view.eye);
+        let tree = &model.tree;
+        group(tree, &slot.extraction.batches, most, |node, first_index, index_count| {
+            let (center, radius) = sphere(tree, node);
+            let near = instance.scale * (center.distance(eye) - radius);
+            out.push(Piece { placed: number, cut: placed.cut, node, first_index, index_count, near });
+        });
+    }
+}
+
+/// Joins the batches of a cut, which stand in the order of the tree, into subtrees of at most `most` indices, or
+/// single batches where those are larger.
+fn group(tree: &fct::Tree, batches: &[Batch], most: u64, mut piece: impl FnMut(ChildRef, u32, u32)) {
+    // Where each batch ends in indices, so that any run's size is one subtraction.
+    let start = batches.first().map_or(0, |batch| batch.first_index);
+    let ends: Vec<u32> = batches.iter().map(|batch| batch.first_index + batch.index_count).collect();
+    let begin = |i: usize| if i == 0 { start } else { ends.get(i - 1).copied().unwrap_or(start) };
+    let mut stack: Vec<(Subtree, Range<usize>)> = vec![(tree.whole(), 0..batches.len())];
+    while let Some((subtree, range)) = stack.pop() {
+        let count = begin(range.end) - begin(range.start);
+        if count == 0 {
+            continue;
+        }
+        let run = batches.get(range.clone()).unwrap_or(&[]);
+        if u64::from(count) <= most {
+            piece(subtree.child, begin(range.start), count);
+            continue;
+        }
+        let children = match (run, subtree.child.kind()) {
+            ([_, _, ..], Child::Node(index)) => tree.children(index, subtree.face_end).ok(),
+            _ => None,
+        };
+        match children {
+            Some([left, right]) => {
+                let split = run.partition_point(|batch| first_face(tree, batch.node) < right.first_face);
+                let middle = range.start + split;
+                stack.push((right, middle..range.end));
+                stack.push((left, range.start..middle));
+            }
+            // A single batch, or a tree that is damaged here: the batches as they are.
+            None => {
+                for batch in run.iter().filter(|batch| batch.index_count > 0) {
+                    piece(batch.node, batch.first_index, batch.index_count);
+                }
+            }
+        }
+    }
+}
+
+fn first_face(tree: &fct::Tree, node: ChildRef) -> u32 {
+    match node.kind() {
+        Child::Face(face) => face,
+        Child::Node(index) => tree.nodes().get(index as usize).map_or(0, |node| node.first_face.get()),
+    }
+}
+
+/// A sphere around a subtree, in the model's coordinates: centre and radius.
+pub(crate) fn sphere(tree: &fct::Tree, node: ChildRef) -> (DVec3, f64) {
+    let vector = |v| DVec3::from_array(fct::unpack(v).map(f64::from));
+    match node.kind() {
+        Child::Node(index) => tree.nodes().get(index as usize).map_or((DVec3::ZERO, 0.0), |node| {
+            (vector(node.center), f64::from(node.radius.get()))
+        }),
+        Child::Face(face) => {
+            let corner = |v: u32| tree.vertices().get(v as usize).map_or(DVec3::ZERO, |v| vector(v.position));
+            let [a, b, c] = tree.face(face).unwrap_or_default().map(corner);
+            let center = (a + b + c) / 3.0;
+            (center, a.distance(center).max(b.distance(center)).max(c.distance(center)))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tree of `faces` faces, balanced; only its structure is right.
+    fn tree(faces: u32) -> fct::Tree {
+        fn split(first: u32, end: u32, nodes: &mut Vec<fct::NodeRecord>) -> ChildRef {
+            if end - first == 1 {
+                return ChildRef::face(first);
+            }
+            let index = nodes.len();
+            let first_face = fct::U32::new(first);
+            nodes.push(fct::NodeRecord { first_face, ..Default::default() });
+            let middle = first.midpoint(end);
+            nodes[index].left = fct::U32::new(split(first, middle, nodes).raw());
+            nodes[index].right = fct::U32::new(split(middle, end, nodes).raw());
+            ChildRef::node(index as u32)
+        }
+        let mut nodes = Vec::new();
+        let root = split(0, faces, &mut nodes);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.fct");
+        let meta = fct::Meta::default();
+        let data = fct::TreeData {
+            root,
+            meta: &meta,
+            nodes: &nodes,
+            vertices: &[fct::VertexRecord::default(); 3],
+            faces: &vec![fct::FaceRecord::from([0, 1, 2]); faces as usize],
+            loops: &[],
+            weld: &[],
+            bounding_polygons: &[],
+            normals: None,
+            colors: None,
+            groups: &[],
+        };
+        fct::write(&path, &data, &fct::WriteOptions::default()).unwrap();
+        fct::Tree::open(&path).unwrap()
+    }
+
+    /// A cut of every face as a batch of its own, some left out.
+    fn batches(faces: u32, kept: impl Fn(u32) -> bool) -> Vec<Batch> {
+        let batch = |(face, number): (u32, u32)| Batch {
+            node: ChildRef::face(face),
+            first_index: 3 * number,
+            index_count: 3,
+            bounding_polygon: None,
+            sphere: fcgeom::Sphere::EMPTY,
+        };
+        (0..faces).filter(|face| kept(*face)).zip(0..).map(batch).collect()
+    }
+
+    #[test]
+    fn pieces_are_disjoint_cover_everything_and_keep_to_their_size() {
+        let tree = tree(1000);
+        for most in [3, 30, 299, 5000] {
+            for every in [1, 3] {
+                let batches = batches(1000, |face| face % every == 0);
+                let mut end = 0;
+                let mut pieces = 0;
+                group(&tree, &batches, most, |_, first, count| {
+                    assert_eq!(first, end, "a gap or an overlap");
+                    assert!(count > 0 && u64::from(count) <= most);
+                    end = first + count;
+                    pieces += 1;
+                });
+                assert_eq!(end as usize, 3 * batches.len());
+                let fewest = u64::from(end).div_ceil(most);
+                assert!(pieces <= 4 * fewest, "{pieces} pieces, {fewest} would do");
+            }
+        }
+    }
+
+    #[test]
+    fn no_batches_are_no_pieces() {
+        group(&tree(4), &[], 30, |_, _, _| panic!("a piece of nothing"));
+    }
+}

@@ -1,0 +1,125 @@
+//! Promise: the command's exit codes, messages and documents.
+
+mod model;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn fcview(folder: &Path, words: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
+    command.current_dir(folder).args(words.split_whitespace());
+    // No display, so that a window cannot open by chance.
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    command.output().expect("fcview runs")
+}
+
+fn refused(output: &Output, code: i32, parts: &[&str]) {
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    for part in parts {
+        assert!(text.contains(part), "`{part}` is not in: {text}");
+    }
+    assert!(output.stdout.is_empty(), "errors go to stderr alone");
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    model::write_torus(&folder.path().join("torus.fct"), 48, 24);
+    folder
+}
+
+#[test]
+fn pictures_and_stats_are_written() {
+    model::gpu();
+    let folder = folder();
+    let words = "torus.fct --headless --instances 4 --size 96x64 --frames 3 --screenshot a{n}.png --stats s.json";
+    let output = fcview(folder.path(), words);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("wrote a2.png") && said.contains("wrote s.json"), "{said}");
+    for n in 0..3 {
+        let file = std::fs::File::open(folder.path().join(format!("a{n}.png"))).unwrap();
+        let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+        assert_eq!((reader.info().width, reader.info().height), (96, 64));
+    }
+    let text = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let stats: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(stats["version"], 1);
+    assert_eq!(stats["settings"]["seed"], 1);
+    assert_eq!(stats["models"][0]["faces"], 2 * 48 * 24);
+    assert_eq!(stats["frames"].as_array().unwrap().len(), 3);
+    for (n, frame) in stats["frames"].as_array().unwrap().iter().enumerate() {
+        assert_eq!(frame["frame"], n);
+        for key in ["cut", "upload", "occluders", "queries", "draw", "total"] {
+            assert!(frame["milliseconds"][key].as_f64().unwrap() >= 0.0);
+        }
+        let counts = &frame["counts"];
+        assert_eq!(counts["instances"], 4);
+        let drawn = counts["triangles_drawn"].as_u64().unwrap();
+        assert!(drawn > 0 && drawn <= counts["triangles_selected"].as_u64().unwrap());
+    }
+    assert!(!stats["adapter"]["name"].as_str().unwrap().is_empty());
+}
+
+#[test]
+fn without_a_placeholder_only_the_last_frame_is_kept() {
+    model::gpu();
+    let folder = folder();
+    let output =
+        fcview(folder.path(), "torus.fct --headless --size 32x32 --frames 2 --screenshot only.png");
+    assert!(output.status.success());
+    assert_eq!(String::from_utf8_lossy(&output.stdout).matches("wrote").count(), 1);
+}
+
+#[test]
+fn odd_input_has_its_exit_code_and_names_the_file() {
+    let folder = folder();
+    std::fs::write(folder.path().join("mesh.ply"), "ply\nformat ascii 1.0\n").unwrap();
+    std::fs::write(folder.path().join("empty.fct"), "").unwrap();
+    refused(&fcview(folder.path(), "mesh.ply --headless"), 7, &["error[FC", "mesh.ply", "fcbuild"]);
+    refused(&fcview(folder.path(), "empty.fct --headless"), 7, &["error[FC", "empty.fct"]);
+    refused(&fcview(folder.path(), "gone.fct --headless"), 4, &["error[FC", "gone.fct"]);
+    refused(&fcview(folder.path(), ". --headless"), 4, &["error[FC"]);
+    refused(&fcview(folder.path(), "torus.fct --headless --pixels -1"), 2, &["--pixels"]);
+    refused(&fcview(folder.path(), ""), 2, &["FILE.fct"]);
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named() {
+    model::gpu();
+    let folder = folder();
+    for words in ["--screenshot no/such/a.png", "--stats no/such/s.json"] {
+        let words = format!("torus.fct --headless --size 32x32 {words}");
+        refused(&fcview(folder.path(), &words), 4, &["error[FC421]", "no/such/"]);
+    }
+}
+
+#[test]
+fn without_an_adapter_the_backends_are_named() {
+    let folder = folder();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
+    command.current_dir(folder.path()).args(["torus.fct", "--headless"]);
+    // A backend without any driver.
+    command.env("WGPU_BACKEND", "vulkan").env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+    let output = command.output().unwrap();
+    if cfg!(target_os = "linux") {
+        refused(&output, 6, &["error[FC601]", "vulkan", "mesa-vulkan-drivers"]);
+    }
+}
+
+#[test]
+fn without_a_display_the_window_says_so() {
+    let folder = folder();
+    if cfg!(target_os = "linux") {
+        refused(&fcview(folder.path(), "torus.fct"), 6, &["error[FC608]", "--headless"]);
+    }
+}
+
+#[test]
+fn help_shows_examples_on_stdout() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = fcview(folder.path(), "--help");
+    assert!(output.status.success());
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("--instances 100") && text.contains("Exit codes"), "{text}");
+}

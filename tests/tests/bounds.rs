@@ -1,0 +1,102 @@
+//! Promise: no point of the surface is farther from the drawn mesh than the tolerance allows there.
+
+use fcbuild::import::Soup;
+use fcextract::{Extraction, Order, Perspective, Selection, Tolerance, extract};
+use fct::Tree;
+use fctests::distance::{Surface, position};
+use fctests::random::Random;
+use fctests::{meshes, trees};
+use glam::DVec3;
+
+/// Points spread over the faces, the middle of every edge among them.
+fn samples(tree: &Tree, per_face: usize) -> Vec<DVec3> {
+    let mut random = Random::new(11);
+    let mut points = Vec::new();
+    for face in tree.faces() {
+        let [a, b, c] = face.indices().map(|v| position(tree, v));
+        points.push((a + b) * 0.5);
+        points.push(c);
+        for _ in 0..per_face {
+            let (mut s, mut t) = (random.unit(), random.unit());
+            if s + t > 1.0 {
+                (s, t) = (1.0 - s, 1.0 - t);
+            }
+            points.push(a + (b - a) * s + (c - a) * t);
+        }
+    }
+    points
+}
+
+/// The largest measured distance over the distance allowed, and the median of those that are not zero.
+fn measure(tree: &Tree, selection: &Selection, points: &[DVec3]) -> (f64, f64, u64) {
+    let mut out = Extraction::default();
+    extract(tree, selection, &mut out).unwrap_or_else(|e| panic!("{e}"));
+    let surface = Surface::of(tree, &out.indices);
+    // Positions are single precision; rounding of their own size is no error of the mesh.
+    let rounding = 1e-6 * points.iter().map(|p| p.length()).fold(0.0, f64::max);
+    let mut ratios: Vec<f64> = points
+        .iter()
+        .map(|p| {
+            let allowed = match selection.tolerance {
+                Tolerance::Full => 0.0,
+                Tolerance::Uniform { distance } => distance,
+                Tolerance::Perspective(view) => view.at(*p, 0.0),
+            };
+            (surface.distance(*p) - rounding).max(0.0) / allowed.max(rounding)
+        })
+        .collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    let worst = ratios.last().copied().unwrap_or(0.0);
+    let off: Vec<f64> = ratios.into_iter().filter(|r| *r > 0.0).collect();
+    (worst, off.get(off.len() / 2).copied().unwrap_or(0.0), out.stats.triangles)
+}
+
+fn check(name: &str, soup: Soup, per_face: usize) {
+    let tree = trees::tree_of(soup);
+    let points = samples(&tree, per_face);
+    let [low, high] = [tree.meta().bounds_min, tree.meta().bounds_max].map(|b| DVec3::from_array(b.map(f64::from)));
+    let (center, size) = ((low + high) * 0.5, (high - low).length());
+    let mut random = Random::new(4);
+    let mut worst_of_all = 0.0_f64;
+    let mut selections: Vec<Selection> = [0.05, 0.015, 5e-3, 1.5e-3, 5e-4, 1.5e-4]
+        .iter()
+        .map(|f| Selection::uniform(size * f, Order::Bound))
+        .collect();
+    for slope in [0.03, 0.01, 3e-3, 1e-3] {
+        let eye = center + random.direction() * size * random.between(0.2, 1.5);
+        let view = Perspective { eye, axis: DVec3::ZERO, slope, corner_cos: 1.0 };
+        selections.push(Selection::perspective(view, Order::Bound));
+    }
+    for selection in &selections {
+        let (worst, median, triangles) = measure(&tree, selection, &points);
+        println!("{name}: {triangles} triangles, worst {worst:.3}, median {median:.3} of the tolerance");
+        worst_of_all = worst_of_all.max(worst);
+    }
+    assert!(worst_of_all <= 1.0, "{name}: the surface is {worst_of_all:.3} tolerances away");
+}
+
+#[test]
+fn made_in_memory() {
+    check("torus", meshes::torus(60, 36, 3), 6);
+    check("grid", meshes::grid(30, 5), 6);
+    check("pieces", meshes::pieces(9), 6);
+    check("three sheets", meshes::three_sheets(14), 6);
+    check("moebius strip", meshes::moebius(60), 6);
+}
+
+#[test]
+fn sample_meshes() {
+    for name in ["sculpture.ply", "terrain.ply", "parts.ply"] {
+        check(name, trees::read(&trees::data(name)), 1);
+    }
+}
+
+/// Scans in the folder named by `FCT_DATA`, if there are any.
+#[test]
+fn scans() {
+    for name in ["bunny.ply", "armadillo.ply", "dragon.ply"] {
+        if let Some(path) = trees::scan(name).filter(|p| p.exists()) {
+            check(name, trees::read(&path), 0);
+        }
+    }
+}

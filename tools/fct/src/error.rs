@@ -1,0 +1,128 @@
+//! What can go wrong, with the exit code and the message code of each case.
+
+use std::io;
+use std::path::PathBuf;
+
+/// An error of the command; its text says what happened, where, and what to do.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Error {
+    /// Flags that make no sense together with each other or with the files.
+    #[error("{0}")]
+    Usage(String),
+    /// The output is the input.
+    #[error("{}: the output is the input; give the output another name", path.display())]
+    Same {
+        /// The output.
+        path: PathBuf,
+    },
+    /// The selection has no triangles.
+    #[error("the selection has no triangles at all, so nothing is written; allow a smaller error")]
+    Empty,
+    /// The output is there already.
+    #[error("{}: the file exists; give --force to replace it", path.display())]
+    Exists {
+        /// The output.
+        path: PathBuf,
+    },
+    /// The output is a directory, a pipe or a device.
+    #[error("{}: not a regular file; give the path of a .ply or .obj file", path.display())]
+    NotAFile {
+        /// The output.
+        path: PathBuf,
+    },
+    /// The system refused to write.
+    #[error("{}: {what}: {source}", path.display())]
+    Write {
+        /// The output.
+        path: PathBuf,
+        /// What was being done, as "cannot ...".
+        what: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Standard output cannot be written.
+    #[error("cannot write to standard output: {0}")]
+    Stdout(io::Error),
+    /// Not even the coarsest mesh is within the budget.
+    #[error(
+        "{}: the coarsest mesh has {found} {things}, more than the {asked} asked for; ask for {found} or more",
+        path.display()
+    )]
+    Budget {
+        /// The tree.
+        path: PathBuf,
+        /// `triangles` or `clusters`.
+        things: &'static str,
+        /// The number asked for.
+        asked: u64,
+        /// The number there is at least.
+        found: u64,
+    },
+    /// A triangle names a vertex that is not there.
+    #[error(
+        "{}: a triangle uses vertex {found} of {vertices}; `fct verify` tells more, fcbuild makes the file anew",
+        path.display()
+    )]
+    VertexIndex {
+        /// The tree.
+        path: PathBuf,
+        /// The index.
+        found: u32,
+        /// Vertices that there are.
+        vertices: usize,
+    },
+    /// The mesh is too large for 32-bit indices.
+    #[error(transparent)]
+    Extract(fcextract::Error),
+    /// The tree cannot be read or breaks a rule.
+    #[error(transparent)]
+    Tree(#[from] fct::Error),
+    /// A panic was caught.
+    #[error(
+        "fct failed by a bug of its own; please report it with the command, the file and the lines above"
+    )]
+    Bug,
+}
+
+impl From<fcextract::Error> for Error {
+    fn from(error: fcextract::Error) -> Error {
+        match error {
+            fcextract::Error::Tree(error) => Error::Tree(error),
+            other => Error::Extract(other),
+        }
+    }
+}
+
+impl Error {
+    /// The process's exit code: 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 an invalid .fct file.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Error::Bug => 1,
+            Error::Usage(_) | Error::Same { .. } | Error::Empty => 2,
+            Error::Extract(fcextract::Error::Selection(_)) => 2,
+            Error::Exists { .. } | Error::NotAFile { .. } | Error::Write { .. } | Error::Stdout(_) => 4,
+            Error::Budget { .. } | Error::Extract(_) => 5,
+            Error::VertexIndex { .. } => 7,
+            Error::Tree(error) => error.exit_code(),
+        }
+    }
+
+    /// The stable code that stands in front of the message, such as `FC112`.
+    pub(crate) fn code(&self) -> &'static str {
+        match self {
+            Error::Same { .. } => "FC101",
+            Error::Usage(_) => "FC111",
+            Error::Empty => "FC112",
+            Error::Extract(fcextract::Error::Selection(_)) => "FC113",
+            Error::Write { .. } => "FC412",
+            Error::Stdout(_) => "FC413",
+            Error::Exists { .. } => "FC472",
+            Error::NotAFile { .. } => "FC473",
+            Error::Budget { .. } => "FC511",
+            Error::Extract(_) => "FC512",
+            Error::VertexIndex { .. } => "FC734",
+            Error::Tree(error) => error.code(),
+            Error::Bug => "FC901",
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Wavefront OBJ.
+
+use super::mesh::Mesh;
+use std::io::{self, Write};
+
+/// Writes `mesh`. Numbers have as many digits as it takes to read the same number again; colours follow the
+/// coordinates, 0 to 1, without alpha, as most programs that know them expect.
+pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "# written by fct {}", env!("CARGO_PKG_VERSION"))?;
+    for corner in mesh.corners() {
+        if mesh.is_at_origin() {
+            let [x, y, z] = corner.position;
+            write!(out, "v {x} {y} {z}")?;
+        } else {
+            let [x, y, z] = mesh.absolute(corner.position);
+            write!(out, "v {x} {y} {z}")?;
+        }
+        if let Some([r, g, b, _]) = corner.color {
+            let [r, g, b] = [r, g, b].map(|c| f32::from(c) / 255.0);
+            write!(out, " {r} {g} {b}")?;
+        }
+        writeln!(out)?;
+    }
+    for [x, y, z] in mesh.normals.iter().flatten() {
+        writeln!(out, "vn {x} {y} {z}")?;
+    }
+    for triangle in &mesh.triangles {
+        // Indices count from 1.
+        let [a, b, c] = triangle.map(|v| u64::from(v) + 1);
+        if mesh.normals.is_some() {
+            writeln!(out, "f {a}//{a} {b}//{b} {c}//{c}")?;
+        } else {
+            writeln!(out, "f {a} {b} {c}")?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(mesh: &Mesh) -> String {
+        let mut bytes = Vec::new();
+        write(mesh, &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    #[test]
+    fn numbers_come_back_and_indices_count_from_one() {
+        let mut mesh = Mesh {
+            vertices: vec![[0.1, -2.5, 3e-7], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            origin: [0.0; 3],
+            normals: None,
+            colors: Some(vec![[255, 0, 51, 9]; 3]),
+            triangles: vec![[2, 0, 1]],
+            collapsed: 0,
+        };
+        let plain = text(&mesh);
+        assert!(plain.contains("v 0.1 -2.5 0.0000003 1 0 0.2\n"), "{plain}");
+        assert!(plain.ends_with("f 3 1 2\n"), "{plain}");
+
+        mesh.normals = Some(vec![[0.0, 0.0, 1.0]; 3]);
+        mesh.origin = [4e6, 0.0, 0.0];
+        let moved = text(&mesh);
+        assert!(moved.contains("v 4000001 0 0 "), "{moved}");
+        assert!(moved.contains("vn 0 0 1\n") && moved.ends_with("f 3//3 1//1 2//2\n"), "{moved}");
+    }
+}

@@ -1,0 +1,122 @@
+//! `fct info`: what a file says about itself.
+
+use crate::grouped::grouped;
+use fct::Tree;
+use serde_json::json;
+use std::fmt::Write as _;
+
+/// Names of groups listed for people; the JSON form has them all.
+const LISTED_GROUPS: usize = 8;
+
+/// For people.
+pub(crate) fn to_text(tree: &Tree) -> String {
+    let (header, meta) = (tree.header(), tree.meta());
+    let faces = header.face_count.max(1);
+    let mut text = format!("{}\n", tree.path().display());
+    let mut line = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {name:10} {value}");
+    };
+    line("format", format!("fct {}.{}, {} bytes", header.major, header.minor, grouped(header.file_len)));
+    line("made by", format!("{} (--split {}, --weld {})", meta.generator, meta.split, meta.weld));
+    line("made of", meta.source.clone());
+    let dropped: Vec<_> =
+        meta.dropped.iter().map(|(why, n)| format!(", {} dropped: {why}", grouped(*n))).collect();
+    line(
+        "faces",
+        format!(
+            "{} of {} in the input{}",
+            grouped(meta.faces_kept),
+            grouped(meta.faces_in),
+            dropped.concat()
+        ),
+    );
+    line("vertices", grouped(header.vertex_count));
+    line("tree", format!("{} nodes, depth {}", grouped(header.node_count), meta.depth));
+    let kind = if meta.closed { "closed" } else { "open" };
+    line(
+        "surface",
+        format!(
+            "{kind}, {} component(s), {} boundary edge(s), {} seam edge(s)",
+            grouped(meta.components),
+            grouped(meta.boundary_edges),
+            grouped(meta.seam_edges)
+        ),
+    );
+    let extras: Vec<_> = [("normals", tree.normals().is_some()), ("colours", tree.colors().is_some())]
+        .into_iter()
+        .filter_map(|(name, there)| there.then_some(name))
+        .collect();
+    line("attributes", if extras.is_empty() { "none".to_owned() } else { extras.join(", ") });
+    let corner = |c: [f32; 3]| format!("{} {} {}", c[0], c[1], c[2]);
+    line("box", format!("{} to {}", corner(meta.bounds_min), corner(meta.bounds_max)));
+    if meta.origin != [0.0; 3] {
+        line("origin", format!("{} {} {}, to be added", meta.origin[0], meta.origin[1], meta.origin[2]));
+    }
+    if !meta.group_names.is_empty() {
+        let names: Vec<_> = meta.group_names.iter().take(LISTED_GROUPS).map(String::as_str).collect();
+        let more = if meta.group_names.len() > LISTED_GROUPS { ", ..." } else { "" };
+        line("groups", format!("{}: {}{more}", meta.group_names.len(), names.join(", ")));
+    }
+    line("content id", format!("{:032x}", header.content_id));
+    line("source id", format!("{:032x}", header.source_id));
+    for s in tree.sections() {
+        line(
+            &format!("  {}", s.tag),
+            format!("{:>15} bytes, {:>6.2} a face", grouped(s.length), s.length as f64 / faces as f64),
+        );
+    }
+    line(
+        "  all",
+        format!(
+            "{:>15} bytes, {:>6.2} a face",
+            grouped(header.file_len),
+            header.file_len as f64 / faces as f64
+        ),
+    );
+    text.trim_end().to_owned()
+}
+
+/// For programs.
+pub(crate) fn to_json(tree: &Tree) -> String {
+    let (header, meta) = (tree.header(), tree.meta());
+    let sections: serde_json::Map<_, _> = tree
+        .sections()
+        .iter()
+        .map(|s| {
+            let entry = json!({ "offset": s.offset, "bytes": s.length, "elements": s.elem_count });
+            (s.tag.to_string(), entry)
+        })
+        .collect();
+    let object = json!({
+        "path": tree.path().to_string_lossy(),
+        "version": [header.major, header.minor],
+        "bytes": header.file_len,
+        "generator": meta.generator,
+        "source": meta.source,
+        "split": meta.split,
+        "weld": meta.weld,
+        "counts": {
+            "faces_in": meta.faces_in,
+            "faces": header.face_count,
+            "vertices": header.vertex_count,
+            "nodes": header.node_count,
+            "depth": meta.depth,
+            "components": meta.components,
+            "boundary_edges": meta.boundary_edges,
+            "seam_edges": meta.seam_edges,
+        },
+        "dropped": meta.dropped.iter().map(|(why, n)| (why.clone(), json!(n))).collect::<serde_json::Map<_, _>>(),
+        "closed": meta.closed,
+        "normals": tree.normals().is_some(),
+        "colors": tree.colors().is_some(),
+        "origin": meta.origin,
+        "bounds_min": meta.bounds_min,
+        "bounds_max": meta.bounds_max,
+        "groups": meta.group_names,
+        "content_id": format!("{:032x}", header.content_id),
+        "source_id": format!("{:032x}", header.source_id),
+        "sections": sections,
+    });
+    format!("{object:#}")
+}
