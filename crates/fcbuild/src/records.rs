@@ -52,7 +52,7 @@ impl Records {
     /// Writes down everything but the groups.
     ///
     /// # Errors
-    /// Bad input when a sphere is too large for single precision.
+    /// Bad input when a sphere, or the square of a length, is too large for single precision.
     pub(crate) fn new(
         mesh: TreeMesh,
         splits: &[Split],
@@ -62,7 +62,10 @@ impl Records {
         activity: &[Activity],
     ) -> Result<Records, Error> {
         let scale = Scale(mesh.units.length());
-        if bounds.iter().any(|b| !scale.up(f64::from(b.sphere.radius) * EAGER).get().is_finite()) {
+        let square = |s: &Split| (s.epsilon * scale.0 * scale.0) as f32;
+        if bounds.iter().any(|b| !scale.up(f64::from(b.sphere.radius) * EAGER).get().is_finite())
+            || splits.iter().any(|s| !square(s).is_finite())
+        {
             return Err(Error::bad_input("FC292", "the model is too large for single precision")
                 .remedy("scale it down before building"));
         }
@@ -81,12 +84,12 @@ impl Records {
             })
             .collect();
         let vertices = mesh
-            .positions
+            .stored
             .iter()
             .zip(activity)
             .map(|(p, a)| {
                 let (center, radius) = scale.sphere(&a.sphere, EAGER);
-                let position = scale.exact(*p);
+                let position = p.to_array().map(F32::new);
                 VertexRecord { position, bound: scale.up(a.bound * EAGER), budget: scale.up(a.budget * EAGER), center, radius }
             })
             .collect();

@@ -14,6 +14,8 @@ use std::ops::Range;
 pub struct TreeMesh {
     /// Units of the positions.
     pub units: Units,
+    /// Position of each vertex as the file stores it.
+    pub stored: Vec<Vec3>,
     /// Position of each vertex, in normal units.
     pub positions: Vec<Vec3>,
     /// Unit normal of each vertex.
@@ -90,6 +92,7 @@ impl TreeMesh {
             .collect();
         TreeMesh {
             units: mesh.units,
+            stored: old_name.iter().map(|&v| mesh.stored[v as usize]).collect(),
             normals: old_name.iter().map(|&v| mesh.normals[v as usize]).collect(),
             colors: mesh.colors.map(|colors| old_name.iter().map(|&v| colors[v as usize]).collect()),
             positions,

@@ -25,6 +25,8 @@ pub const MAX_FACES: u64 = (1 << 31) / 3 - 1;
 pub struct Mesh {
     /// Scale and origin that lead back to the input's coordinates.
     pub units: Units,
+    /// Position of each vertex as the file will store it.
+    pub stored: Vec<Vec3>,
     /// Position of each vertex, in normal units (see [`Units`]).
     pub positions: Vec<Vec3>,
     /// Unit normal of each vertex as the input gave it, else the area-weighted mean of its faces' normals.
@@ -52,8 +54,8 @@ impl Mesh {
     /// Bad input when no face is left.
     pub fn from_soup(soup: Soup, weld: Weld) -> Result<Mesh, Error> {
         let Soup { positions, triangles, normals, colors, groups, mut tally } = soup;
-        let (units, mut positions) = Units::normalise(positions, &triangles);
-        let representative = weld::weld(&positions, weld, &units);
+        let (units, mut stored, mut positions) = Units::normalise(positions, &triangles);
+        let representative = weld::weld(&stored, weld);
         let kept = weld::keep_faces(&triangles, &representative, &mut tally);
         if kept.is_empty() {
             return Err(Error::bad_input("FC290", "no face is left after repair; every one was degenerate"));
@@ -70,11 +72,12 @@ impl Mesh {
         let copies = fans::split(&mut faces, &graph, positions.len());
         for &v in &copies {
             positions.push(positions[v as usize]);
+            stored.push(stored[v as usize]);
         }
         let weld: Vec<u32> = (0..(positions.len() - copies.len()) as u32).chain(copies).collect();
         let normals = attributes.normals_or_mean(&positions, &faces, &weld);
         let colors = attributes.colors_of_copies(&weld);
-        Ok(Mesh { units, positions, normals, colors, weld, faces, graph, face_group, group_names, tally })
+        Ok(Mesh { units, stored, positions, normals, colors, weld, faces, graph, face_group, group_names, tally })
     }
 }
 

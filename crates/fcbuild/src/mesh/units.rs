@@ -16,8 +16,11 @@ pub struct Units {
 }
 
 impl Units {
-    /// Moves positions into normal units; coordinates in double precision are moved to an origin first.
-    pub fn normalise(positions: Positions, triangles: &[[u32; 3]]) -> (Units, Vec<Vec3>) {
+    /// The positions as a file stores them (moved to an origin if they were in double precision), and in normal units.
+    ///
+    /// What no triangle uses and is not finite becomes zero. A coordinate 2^126 times smaller than the box loses digits
+    /// in normal units; that is why the stored ones are kept beside them.
+    pub fn normalise(positions: Positions, triangles: &[[u32; 3]]) -> (Units, Vec<Vec3>, Vec<Vec3>) {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for &v in triangles.iter().flatten() {
             if let Some(p) = positions.get(v as usize) {
@@ -36,12 +39,13 @@ impl Units {
         let exponent = binary_exponent((high - low).max_element());
         let units = Units { exponent, origin };
         let factor = power_of_two(-exponent);
-        let convert = |p: DVec3| if p.is_finite() { ((p - origin).as_vec3().as_dvec3() * factor).as_vec3() } else { Vec3::ZERO };
-        let converted = match positions {
-            Positions::F32(v) => v.into_iter().map(|p| convert(Vec3::from(p).as_dvec3())).collect(),
-            Positions::F64(v) => v.into_iter().map(|p| convert(p.into())).collect(),
+        let finite = |p: Vec3| if p.is_finite() { p } else { Vec3::ZERO };
+        let stored: Vec<Vec3> = match positions {
+            Positions::F32(v) => v.into_iter().map(|p| finite(p.into())).collect(),
+            Positions::F64(v) => v.into_iter().map(|p| finite((DVec3::from(p) - origin).as_vec3())).collect(),
         };
-        (units, converted)
+        let normal = stored.iter().map(|p| (p.as_dvec3() * factor).as_vec3()).collect();
+        (units, stored, normal)
     }
 
     /// Length of one normal unit in the input's unit: a power of two.
@@ -74,20 +78,21 @@ mod tests {
     }
 
     #[test]
-    fn positions_come_back_bit_for_bit() {
+    fn single_precision_is_stored_as_it_is() {
         let points = vec![[1.0e-3_f32, -7.25, 3.0e5], [0.1, 0.2, 0.3], [f32::NAN, 0.0, 0.0], [5.0, 6.0, -2.0e5]];
-        let (units, normal) = Units::normalise(Positions::F32(points.clone()), &[[0, 1, 3]]);
-        for (p, n) in points.iter().zip(&normal).filter(|(p, _)| p[0].is_finite()) {
-            assert_eq!((n.as_dvec3() * units.length()).as_vec3(), Vec3::from(*p));
+        let (units, stored, normal) = Units::normalise(Positions::F32(points.clone()), &[[0, 1, 3]]);
+        for ((p, s), n) in points.iter().zip(&stored).zip(&normal).filter(|((p, _), _)| p[0].is_finite()) {
+            assert_eq!(*s, Vec3::from(*p));
+            assert_eq!((n.as_dvec3() * units.length()).as_vec3(), *s);
         }
     }
 
     #[test]
     fn double_precision_keeps_millimetres_far_from_the_origin() {
         let points = vec![[500_000.001, 4_000_000.0, 0.0], [500_000.002, 4_000_000.0, 0.0], [500_010.0, 4_000_010.0, 1.0]];
-        let (units, normal) = Units::normalise(Positions::F64(points.clone()), &[[0, 1, 2]]);
-        for (p, n) in points.iter().zip(&normal) {
-            let back = n.as_dvec3() * units.length() + units.origin;
+        let (units, stored, _) = Units::normalise(Positions::F64(points.clone()), &[[0, 1, 2]]);
+        for (p, s) in points.iter().zip(&stored) {
+            let back = s.as_dvec3() + units.origin;
             assert!((back - DVec3::from(*p)).length() < 1e-5, "{back}");
         }
     }

@@ -1,6 +1,5 @@
 //! Welding of vertices at equal positions, and the faces that survive it.
 
-use super::Units;
 use crate::import::{DropReason, Tally};
 use glam::Vec3;
 
@@ -16,11 +15,11 @@ pub enum Weld {
 }
 
 /// For every vertex the lowest-numbered vertex it is welded to (itself, if none).
-pub(super) fn weld(positions: &[Vec3], weld: Weld, units: &Units) -> Vec<u32> {
+pub(super) fn weld(positions: &[Vec3], weld: Weld) -> Vec<u32> {
     match weld {
         Weld::Off => (0..positions.len() as u32).collect(),
         Weld::Exact => weld_exact(positions),
-        Weld::Within(distance) => weld_within(positions, distance / units.length()),
+        Weld::Within(distance) => weld_within(positions, distance),
     }
 }
 

@@ -1,0 +1,412 @@
+//! What the commands promise: exit codes, messages that name file, place and remedy, and nothing left behind.
+//!
+//! The commands are run as the user runs them, so they must have been built: they lie beside this test.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// Where a command lies: `target/<profile>/NAME`, two folders above this test.
+fn binary(name: &str) -> PathBuf {
+    let mut path = std::env::current_exe().expect("this test has a path");
+    path.pop();
+    path.pop();
+    path.push(format!("{name}{}", std::env::consts::EXE_SUFFIX));
+    assert!(path.is_file(), "{} is missing: run `cargo build --release --workspace` first", path.display());
+    path
+}
+
+fn sample(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(name)
+}
+
+/// What a command said, and how it ended.
+struct Said {
+    exit: i32,
+    out: String,
+    err: String,
+}
+
+/// Runs a command in `folder`; the words of `line` are its arguments.
+fn run(folder: &Path, line: &str) -> Said {
+    let mut words = line.split_whitespace();
+    let name = words.next().expect("a command");
+    let Output { status, stdout, stderr } =
+        Command::new(binary(name)).args(words).current_dir(folder).output().expect("the command starts");
+    let text = |bytes| String::from_utf8(bytes).expect("messages are UTF-8");
+    let said = Said { exit: status.code().unwrap_or(-1), out: text(stdout), err: text(stderr) };
+    assert!(!said.err.contains("panicked"), "{line}: {}", said.err);
+    said
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .expect("the folder can be read")
+        .map(|entry| entry.expect("the entry can be read").file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Runs a command that must fail with `exit` and a single line that holds all `fragments`, and change no file.
+fn refuse(folder: &Path, line: &str, exit: i32, fragments: &[&str]) {
+    let before = names(folder);
+    let said = run(folder, line);
+    assert_eq!(said.exit, exit, "{line}: {}", said.err);
+    for fragment in fragments {
+        assert!(said.err.contains(fragment), "{line}: no `{fragment}` in: {}", said.err);
+    }
+    if exit != 2 || said.err.contains("error[") {
+        assert_eq!(said.err.lines().count(), 1, "{line} says it once: {}", said.err);
+        assert!(said.err.starts_with("error[FC"), "{line}: {}", said.err);
+    }
+    assert!(said.out.is_empty(), "{line}: {}", said.out);
+    assert_eq!(names(folder), before, "{line} leaves nothing behind");
+}
+
+/// Runs a command that must succeed.
+fn accept(folder: &Path, line: &str) -> Said {
+    let said = run(folder, line);
+    assert_eq!(said.exit, 0, "{line}: {}", said.err);
+    said
+}
+
+fn ply(vertices: &[&str], faces: &[&str]) -> String {
+    let xyz = "property float x\nproperty float y\nproperty float z";
+    let (n, m) = (vertices.len(), faces.len());
+    let list = "property list uchar int vertex_indices";
+    let body = [vertices, faces].concat().join("\n");
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex {n}\n{xyz}\nelement face {m}\n{list}\nend_header\n{body}\n"
+    )
+}
+
+const SQUARE: [&str; 4] = ["0 0 0", "1 0 0", "1 1 0", "0 1 0"];
+
+/// A folder with a good mesh `good.ply`, its tree `good.fct`, and many bad inputs.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("writable");
+    let good = ply(&SQUARE, &["3 0 1 2", "3 0 2 3"]);
+    write("good.ply", good.as_bytes());
+    write("empty.ply", b"");
+    write("cut.ply", &good.as_bytes()[..good.len() - 6]);
+    write("nan.ply", ply(&["0 0 0", "1 0 0", "1 1 0", "nan 1 0"], &["3 0 1 2", "3 0 2 3"]).as_bytes());
+    write("index.ply", ply(&SQUARE, &["3 0 1 2", "3 0 2 90000"]).as_bytes());
+    write("points.ply", ply(&SQUARE, &[]).as_bytes());
+    write("quad.ply", ply(&SQUARE, &["4 0 1 2 3"]).as_bytes());
+    write("triangle.ply", ply(&SQUARE[..3], &["3 0 1 2"]).as_bytes());
+    write("sliver.ply", ply(&SQUARE, &["3 0 1 1"]).as_bytes());
+    let ring: Vec<String> = (0..30).map(|i| i * i).map(|s| format!("{s} {} 0", 60 * s.isqrt())).collect();
+    let ring: Vec<&str> = ring.iter().map(String::as_str).collect();
+    let corners: Vec<String> = (0..30).map(|i| i.to_string()).collect();
+    write("polygon.ply", ply(&ring, &[&format!("30 {}", corners.join(" "))]).as_bytes());
+    write("notes.txt", b"dear diary");
+    fs::create_dir(folder.path().join("dir")).expect("writable");
+    accept(folder.path(), "fcbuild good.ply -o good.fct");
+    folder
+}
+
+#[test]
+fn bad_input_is_refused_with_file_place_and_remedy() {
+    let folder = folder();
+    for (line, exit, fragments) in [
+        ("fcbuild empty.ply -o x.fct", 3, &["FC200", "empty.ply: ", "the file is empty"][..]),
+        ("fcbuild cut.ply -o x.fct", 3, &["FC204", "cut.ply: line ", "; "]),
+        ("fcbuild index.ply -o x.fct", 3, &["FC203", "index.ply: line 14", "90000", "4"]),
+        ("fcbuild points.ply -o x.fct", 3, &["FC207", "points.ply: ", "no faces"]),
+        ("fcbuild sliver.ply -o x.fct", 3, &["FC290", "degenerate"]),
+        ("fcbuild notes.txt -o x.fct", 3, &["FC201", "notes.txt", "PLY, OBJ, STL"]),
+        ("fcbuild good.fct -o x.fct", 3, &["FC201", "good.fct", "face-cluster tree", "fct export"]),
+        ("fcbuild dir -o x.fct", 4, &["FC402", "dir: is a directory"]),
+        ("fcbuild lost.ply -o x.fct", 4, &["FC401", "lost.ply", "cannot open"]),
+        ("fcbuild nan.ply -o x.fct --strict", 3, &["FC213", "nan.ply", "non_finite", "--strict"]),
+        ("fcbuild good.ply lost.ply -o x.fct", 4, &["FC401", "lost.ply"]),
+        ("fct info good.ply", 7, &["FC701", "good.ply", "signature", "fcbuild"]),
+        ("fct verify good.ply", 7, &["FC701", "good.ply"]),
+        ("fct export good.ply -o x.ply", 7, &["FC701", "good.ply"]),
+        ("fct info empty.ply", 7, &["FC70", "empty.ply"]),
+        ("fct info lost.fct", 4, &["FC471", "lost.fct"]),
+        ("fct info dir", 4, &["FC473", "dir"]),
+    ] {
+        refuse(folder.path(), line, exit, fragments);
+    }
+}
+
+#[test]
+fn outputs_are_checked_before_the_work() {
+    let folder = folder();
+    for (line, exit, fragments) in [
+        ("fcbuild good.ply -o good.fct", 4, &["FC472", "good.fct", "exists", "--force"][..]),
+        ("fcbuild good.ply -o good.ply", 2, &["FC101", "good.ply", "the output is an input"]),
+        ("fcbuild good.ply -o dir/../good.ply --force", 2, &["FC101", "the output is an input"]),
+        ("fcbuild good.ply -o x.fct --report ./x.fct", 2, &["FC101", "one file"]),
+        ("fcbuild good.ply -o x.fct --report notes.txt", 4, &["FC472", "notes.txt", "--force"]),
+        ("fcbuild good.ply -o x.fct --report no/r.json", 4, &["FC412", "no/r.json"]),
+        ("fcbuild good.ply -o dir", 4, &["FC473", "dir", "a directory"]),
+        ("fcbuild good.ply -o no/x.fct", 4, &["FC471", "no/x.fct", "cannot create"]),
+        ("fcbuild empty.ply -o no/x.fct", 4, &["FC471"]),
+        ("fcbuild - -o x.fct", 2, &["FC102", "standard input"]),
+        ("fct export good.fct -o good.ply", 4, &["FC472", "good.ply", "--force"]),
+        ("fct export good.fct -o no/x.ply", 4, &["FC412", "no/x.ply"]),
+        ("fct export good.fct -o x.stl", 2, &["FC111", "x.stl", ".obj"]),
+        ("fct export good.fct -o x.ply --clusters 1 --eye 0,0,1", 2, &["cannot be used with"]),
+    ] {
+        refuse(folder.path(), line, exit, fragments);
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("good.ply", folder.path().join("link.fct")).expect("writable");
+        fs::hard_link(folder.path().join("good.fct"), folder.path().join("tree.ply")).expect("writable");
+        refuse(folder.path(), "fcbuild good.ply -o link.fct --force", 2, &["FC101"]);
+        refuse(folder.path(), "fct export good.fct -o tree.ply --force", 2, &["FC101"]);
+    }
+}
+
+/// A folder without write permission keeps everybody out but the administrator.
+#[cfg(unix)]
+#[test]
+fn an_unwritable_folder_is_an_error_of_the_system() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = folder();
+    let closed = folder.path().join("dir");
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).expect("ours");
+    if fs::write(closed.join("probe"), b"").is_ok() {
+        fs::remove_file(closed.join("probe")).expect("ours");
+        // The administrator may write anywhere but into the kernel's own files.
+        if Path::new("/proc/self").is_dir() {
+            refuse(folder.path(), "fcbuild good.ply -o /proc/x.fct", 4, &["FC471", "/proc/x.fct"]);
+        }
+    } else {
+        refuse(folder.path(), "fcbuild good.ply -o dir/x.fct", 4, &["FC471", "dir/x.fct"]);
+        refuse(folder.path(), "fct export good.fct -o dir/x.ply", 4, &["FC412", "dir/x.ply"]);
+    }
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o755)).expect("ours");
+}
+
+#[test]
+fn usage_errors_and_limits_have_their_codes() {
+    let folder = folder();
+    for line in [
+        "fcbuild",
+        "fcbuild good.ply",
+        "fcbuild good.ply -o x.fct --faster",
+        "fcbuild good.ply -o x.fct --threads 0",
+        "fcbuild good.ply -o x.fct --split quality",
+        "fcbuild good.ply -o x.fct --weld -3",
+        "fct",
+        "fct look good.fct",
+        "fct export good.fct -o x.ply --triangles 0",
+    ] {
+        refuse(folder.path(), line, 2, &["--help"]);
+    }
+    let line = "fcbuild good.ply -o x.fct --max-memory 1M";
+    refuse(folder.path(), line, 5, &["FC50", "memory", "--max-memory"]);
+    let line = "fct export good.fct -o x.ply --clusters 1 --force";
+    assert!([0, 5].contains(&run(folder.path(), line).exit));
+}
+
+#[test]
+fn odd_meshes_are_built_and_verified() {
+    let folder = folder();
+    for (name, faces) in [("quad", 2), ("polygon", 28), ("triangle", 1)] {
+        accept(folder.path(), &format!("fcbuild {name}.ply -o {name}.fct --strict"));
+        accept(folder.path(), &format!("fct verify {name}.fct"));
+        assert_eq!(info(folder.path(), &format!("{name}.fct"))["counts"]["faces"], faces, "{name}");
+        accept(folder.path(), &format!("fct export {name}.fct -o {name}.obj"));
+    }
+    for name in ["moebius.ply", "nonmanifold.ply", "quads.ply", "tetra.obj", "cube.glb", "single.stl"] {
+        let input = sample("odd").join(name);
+        accept(folder.path(), &format!("fcbuild {} -o odd.fct --force", input.display()));
+        accept(folder.path(), "fct verify odd.fct");
+    }
+}
+
+#[test]
+fn repairs_are_counted_and_told() {
+    let folder = folder();
+    let said = accept(folder.path(), "fcbuild nan.ply -o x.fct --report r.json --message-format json");
+    let lines: Vec<serde_json::Value> =
+        said.err.lines().map(|line| serde_json::from_str(line).expect("a JSON object a line")).collect();
+    assert!(lines.iter().all(|l| l["level"] == "warning" && l["path"] == "nan.ply"), "{}", said.err);
+    assert!(lines.iter().any(|l| l["name"] == "non_finite_vertices"), "{}", said.err);
+
+    let report = fs::read_to_string(folder.path().join("r.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+    let counts = &report["counts"];
+    assert_eq!((&counts["faces_in"], &counts["faces_kept"]), (&2.into(), &1.into()));
+    let number = |v: &serde_json::Value| v.as_u64().expect("a count");
+    let dropped: u64 =
+        report["dropped"].as_array().expect("a list").iter().map(|d| number(&d["count"])).sum();
+    assert_eq!(number(&counts["faces_in"]), number(&counts["faces_kept"]) + dropped);
+    assert_eq!(report["dropped"][0]["first_ids"], serde_json::json!([1]));
+    for phase in ["import", "mesh", "partition", "boundaries", "bounds", "records", "write", "total"] {
+        assert!(report["seconds"][phase].is_number(), "{phase}");
+    }
+    assert_eq!(report["file"]["content_id"], info(folder.path(), "x.fct")["content_id"]);
+
+    let said = run(folder.path(), "fcbuild cut.ply -o y.fct --message-format json");
+    let error: serde_json::Value = serde_json::from_str(&said.err).expect("one JSON object");
+    assert_eq!((said.exit, &error["level"], &error["code"]), (3, &"error".into(), &"FC204".into()));
+    assert!(error["line"].is_number() && error["remedy"].is_string(), "{error}");
+}
+
+#[test]
+fn verify_says_in_json_what_is_wrong() {
+    let folder = folder();
+    let path = folder.path().join("good.fct");
+    let json = |out: &str| serde_json::from_str::<serde_json::Value>(out).expect("JSON");
+    assert_eq!(json(&accept(folder.path(), "fct verify good.fct --json").out)["valid"], true);
+    let mut bytes = fs::read(&path).expect("readable");
+    *bytes.last_mut().expect("not empty") ^= 1;
+    fs::write(folder.path().join("bad.fct"), bytes).expect("writable");
+    let said = run(folder.path(), "fct verify bad.fct --json");
+    assert_eq!((said.exit, &json(&said.out)["valid"]), (7, &false.into()));
+    assert!(said.err.starts_with("error[FC721]: bad.fct: "), "{}", said.err);
+}
+
+fn info(folder: &Path, file: &str) -> serde_json::Value {
+    let said = accept(folder, &format!("fct info {file} --json"));
+    serde_json::from_str(&said.out).expect("JSON")
+}
+
+#[test]
+fn a_tree_exported_and_built_again_has_the_same_faces() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let input = sample("sculpture.ply");
+    let said = accept(at, &format!("fcbuild {} -o a.fct --report a.json", input.display()));
+    for word in ["faces", "dropped", "component", "depth", "bytes a face", "at the peak", "a second"] {
+        assert!(said.out.contains(word), "no `{word}` in: {}", said.out);
+    }
+    assert!(accept(at, "fct verify a.fct").out.contains("valid"));
+    let first = info(at, "a.fct");
+    assert_eq!(first["counts"]["faces"], first["counts"]["faces_in"]);
+    for name in ["full.ply", "full.obj"] {
+        accept(at, &format!("fct export a.fct -o {name}"));
+        accept(at, &format!("fcbuild {name} -o again.fct --force --strict"));
+        accept(at, "fct verify again.fct");
+        let again = info(at, "again.fct");
+        for count in ["faces", "vertices", "boundary_edges", "seam_edges", "components"] {
+            assert_eq!(again["counts"][count], first["counts"][count], "{name}: {count}");
+        }
+    }
+
+    accept(at, "fct export a.fct -o few.ply --triangles 5000");
+    assert!((4000..=5000).contains(&face_count(&at.join("few.ply"))));
+    let full = face_count(&at.join("full.ply"));
+    for detail in ["--clusters 900", "--error 0.01", "--eye 0,1,9 --pixels 2 --height 1080"] {
+        let said = accept(at, &format!("fct export a.fct -o part.ply --force {detail}"));
+        assert!(said.out.contains("wrote part.ply: ") && said.out.contains("of the surface"), "{}", said.out);
+        assert!((1..full).contains(&face_count(&at.join("part.ply"))), "{detail}");
+    }
+    let left: Vec<_> = names(at).into_iter().filter(|n| n.starts_with('.')).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+/// The number of faces that the header of a PLY file declares.
+fn face_count(path: &Path) -> u64 {
+    let bytes = fs::read(path).expect("readable");
+    let header = String::from_utf8_lossy(&bytes[..bytes.len().min(2000)]).into_owned();
+    let line = header.lines().find_map(|l| l.strip_prefix("element face ")).expect("faces are declared");
+    line.parse().expect("a number")
+}
+
+#[test]
+fn several_files_become_groups_of_one_tree() {
+    let folder = folder();
+    let other = sample("odd/tetra.obj");
+    accept(folder.path(), &format!("fcbuild good.ply {} -o both.fct", other.display()));
+    accept(folder.path(), "fct verify both.fct");
+    let both = info(folder.path(), "both.fct");
+    assert_eq!(both["counts"]["faces"], 6);
+    assert_eq!(both["source"], "good.ply, tetra.obj");
+    assert_eq!(both["groups"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn coordinates_far_from_the_origin_come_back() {
+    let folder = folder();
+    let far = ["500000.001 4000000 7", "500000.002 4000000 7", "500000.002 4000000.001 7"];
+    let text = ply(&far, &["3 0 1 2"]).replace("float", "double");
+    fs::write(folder.path().join("far.ply"), text).expect("writable");
+    accept(folder.path(), "fcbuild far.ply -o far.fct");
+    accept(folder.path(), "fct export far.fct -o far.obj");
+    let obj = fs::read_to_string(folder.path().join("far.obj")).expect("readable");
+    let corners: Vec<Vec<f64>> = obj
+        .lines()
+        .filter_map(|l| l.strip_prefix("v "))
+        .map(|l| l.split(' ').map(|x| x.parse().expect("a number")).collect())
+        .collect();
+    assert_eq!(corners.len(), 3);
+    for (corner, line) in corners.iter().zip(far) {
+        for (x, text) in corner.iter().zip(line.split(' ')) {
+            assert!((x - text.parse::<f64>().expect("a number")).abs() < 1e-5, "{x} is not {text}");
+        }
+    }
+}
+
+#[test]
+fn help_and_version_go_to_standard_output() {
+    let here = Path::new(".");
+    for line in ["fcbuild --help", "fct --help", "fct info --help", "fct verify --help", "fct export --help"]
+    {
+        let said = accept(here, line);
+        assert!(said.out.contains("Examples:") && said.out.contains("Exit codes:"), "{line}: {}", said.out);
+        assert!(said.err.is_empty());
+    }
+    assert!(accept(here, "fcbuild --version").out.starts_with("fcbuild "));
+    assert!(accept(here, "fct --version").out.starts_with("fct "));
+}
+
+/// A reader that goes away early, as `head` does, is no error and no panic.
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_is_no_failure() {
+    use std::process::Stdio;
+    let folder = folder();
+    let mut child = Command::new(binary("fct"))
+        .args(["info", "good.fct"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    drop(child.stdout.take());
+    let done = child.wait_with_output().expect("the command ends");
+    assert_eq!((done.status.code(), done.stderr.len()), (Some(0), 0));
+}
+
+/// Ctrl-C during the build removes the temporary and ends with 130.
+#[cfg(unix)]
+#[test]
+fn a_signal_stops_the_build_and_leaves_nothing() {
+    use std::time::{Duration, Instant};
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    // Sixteen copies make the job long enough to be caught in the middle, however fast the machine is.
+    let inputs = vec![sample("sculpture.ply"); 16];
+    let mut child = Command::new(binary("fcbuild"))
+        .args(&inputs)
+        .args(["-o", "x.fct", "--threads", "1"])
+        .current_dir(folder.path())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let start = Instant::now();
+    while names(folder.path()).is_empty() {
+        assert!(start.elapsed() < Duration::from_secs(20), "no temporary appears");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    if !sent.is_ok_and(|s| s.success()) {
+        // A system without the command `kill` cannot run this test.
+        let _ = child.kill();
+        return;
+    }
+    let done = child.wait_with_output().expect("the command ends");
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert_eq!(done.status.code(), Some(130), "{said}");
+    assert!(said.contains("FC902") && said.lines().count() == 1, "{said}");
+    assert_eq!(names(folder.path()), Vec::<String>::new());
+}

@@ -1,0 +1,61 @@
+//! Promise: the file depends on the input and the options alone.
+
+use fcbuild::SplitMode;
+use fcbuild::import::{Positions, Soup};
+use fctests::{meshes, trees};
+
+fn on_threads(threads: usize, soup: &Soup, split: SplitMode) -> Vec<u8> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap_or_else(|e| panic!("{e}"));
+    pool.install(|| trees::bytes_of(soup.clone(), split))
+}
+
+fn check(name: &str, soup: Soup) {
+    for split in [SplitMode::Paper, SplitMode::Pca, SplitMode::Cca] {
+        let one = on_threads(1, &soup, split);
+        for threads in [2, 7] {
+            assert!(on_threads(threads, &soup, split) == one, "{name}, {split:?}: {threads} threads give other bytes");
+        }
+        assert!(on_threads(1, &soup, split) == one, "{name}, {split:?}: a second run gives other bytes");
+    }
+}
+
+#[test]
+fn same_bytes_for_any_number_of_threads() {
+    check("sculpture.ply", trees::read(&trees::data("sculpture.ply")));
+    check("parts.ply", trees::read(&trees::data("parts.ply")));
+    check("tangle", meshes::tangle(300, 4000, 2));
+}
+
+#[test]
+fn the_modes_differ() {
+    let soup = trees::read(&trees::data("terrain.ply"));
+    let [paper, pca, cca] = [SplitMode::Paper, SplitMode::Pca, SplitMode::Cca].map(|s| trees::bytes_of(soup.clone(), s));
+    assert!(paper != pca && pca != cca && cca != paper);
+}
+
+/// Exponents change, nothing else: the tree has the same shape and its lengths are the same, scaled.
+#[test]
+fn a_mesh_scaled_by_a_power_of_two_gives_the_scaled_tree() {
+    let soup = trees::read(&trees::data("terrain.ply"));
+    let one = trees::tree_of(soup.clone());
+    for factor in [0.125_f32, 1024.0] {
+        let mut scaled = soup.clone();
+        if let Positions::F32(p) = &mut scaled.positions {
+            p.iter_mut().flatten().for_each(|x| *x *= factor);
+        }
+        let other = trees::tree_of(scaled);
+        assert_eq!(one.faces().len(), other.faces().len());
+        for (a, b) in one.nodes().iter().zip(other.nodes()) {
+            assert_eq!((a.left, a.right, a.loop_start, a.loop_len), (b.left, b.right, b.loop_start, b.loop_len));
+            assert_eq!(a.bound.get() * factor, b.bound.get());
+            assert_eq!(a.radius.get() * factor, b.radius.get());
+            // Below the normal range single precision drops digits of its own.
+            let [e, f] = [a.epsilon.get() * factor * factor, b.epsilon.get()];
+            assert!(e == f || e.max(f) < f32::MIN_POSITIVE * 1024.0, "{e} {f}");
+        }
+        for (a, b) in one.vertices().iter().zip(other.vertices()) {
+            assert_eq!(a.position.map(|x| x.get() * factor), b.position.map(|x| x.get()));
+            assert_eq!(a.bound.get() * factor, b.bound.get());
+        }
+    }
+}
