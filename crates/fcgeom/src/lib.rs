@@ -9,8 +9,8 @@
 //! [`Moments::epsilon`], is a length squared too.
 //!
 //! # Paper
-//! `[Tsuji07]`: Tsuji, Zha, Kurazume, Hasegawa, "Interactive rendering with LOD control and occlusion culling based
-//! on polygon hierarchies", 2007. Each item names the equations that it computes.
+//! `[Tsuji07]`: Tsuji, Zha, Hasegawa, Kurazume, "Hierarchical Face Cluster Partitioning of Polygonal Surfaces and
+//! High-Speed Rendering", Systems and Computers in Japan 38(8), 2007.
 
 mod ball;
 pub mod cca;

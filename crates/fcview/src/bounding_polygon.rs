@@ -110,9 +110,8 @@ impl Prism {
             corners(&support)
         };
         let place = |corners: [[f64; 2]; 8]| {
-            corners.map(|[x, y]| {
-                self.origin + x * self.tangent + y * bitangent + (side * plane) * self.normal
-            })
+            corners
+                .map(|[x, y]| self.origin + x * self.tangent + y * bitangent + (side * plane) * self.normal)
         };
         // A slack in the plane shrinks on screen by the sine of the angle at which the plane is seen.
         let flattest = |polygon: &[DVec3; 8]| {
@@ -165,10 +164,7 @@ pub fn sphere_polygon(center: DVec3, radius: f64, eye: DVec3, pixel: f64) -> Opt
 
 /// Corners relative to the eye taken to clip space, a hair nearer than they are, or `None` if one is at or behind
 /// the near plane or so far beside the picture that rasterising it would be inexact.
-pub fn to_clip<const N: usize>(
-    corners: &[DVec3; N],
-    view: &crate::camera::View,
-) -> Option<[[f32; 4]; N]> {
+pub fn to_clip<const N: usize>(corners: &[DVec3; N], view: &crate::camera::View) -> Option<[[f32; 4]; N]> {
     /// Beyond this many half pictures from the middle; larger only means more queries.
     const FAR_OUT: f64 = 16.0;
     /// Relative shift of depths toward the eye: many times the rounding of 32-bit depths, and far below what a
@@ -277,7 +273,8 @@ mod tests {
                 0.5 * twice.length()
             };
             let bitangent = prism.normal.cross(prism.tangent);
-            let exact = corners(&prism.support).map(|[x, y]| prism.origin + x * prism.tangent + y * bitangent);
+            let exact =
+                corners(&prism.support).map(|[x, y]| prism.origin + x * prism.tangent + y * bitangent);
             assert!(area(&polygon) < 1.01 * area(&exact));
         }
     }
@@ -319,8 +316,7 @@ mod tests {
 
     #[test]
     fn corners_behind_the_near_plane_or_far_beside_the_picture_are_refused() {
-        let camera =
-            crate::camera::Camera { eye: DVec3::ZERO, forward: -DVec3::Z, up: DVec3::Y, fov: 1.0 };
+        let camera = crate::camera::Camera { eye: DVec3::ZERO, forward: -DVec3::Z, up: DVec3::Y, fov: 1.0 };
         let view = camera.view([100, 100], 0.5).unwrap();
         let ahead = DVec3::new(0.0, 0.0, -2.0);
         let clip = to_clip(&[ahead], &view).unwrap();

@@ -138,8 +138,8 @@ mod tests {
     fn a_pixel_is_what_the_projection_says() {
         let view = camera().view([640, 480], 0.5).unwrap();
         let at = |offset: f64| {
-            let p = view.clip_from_world()
-                * (view.eye + 7.0 * view.forward + offset * view.right).extend(1.0);
+            let p =
+                view.clip_from_world() * (view.eye + 7.0 * view.forward + offset * view.right).extend(1.0);
             0.5 * (p.x / p.w) * 640.0
         };
         assert!((at(7.0 * view.pixel) - at(0.0) - 1.0).abs() < 1e-9);

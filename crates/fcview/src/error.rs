@@ -23,7 +23,9 @@ pub enum Error {
         found: String,
     },
     /// The adapter lacks something that drawing needs.
-    #[error("the graphics adapter {adapter} lacks {missing}; choose another one with WGPU_ADAPTER_NAME or WGPU_BACKEND")]
+    #[error(
+        "the graphics adapter {adapter} lacks {missing}; choose another one with WGPU_ADAPTER_NAME or WGPU_BACKEND"
+    )]
     Unsuitable {
         /// The adapter's name.
         adapter: String,
@@ -51,7 +53,9 @@ pub enum Error {
         message: String,
     },
     /// The GPU did not finish in time.
-    #[error("the graphics device did not finish {what} within {seconds} s; try fewer instances or a larger --pixels")]
+    #[error(
+        "the graphics device did not finish {what} within {seconds} s; try fewer instances or a larger --pixels"
+    )]
     Timeout {
         /// The work waited for.
         what: &'static str,

@@ -47,10 +47,6 @@ pub use stats::{FrameStats, RunStats};
 ///
 /// # Errors
 /// See [`Gpu::headless`], [`Renderer::new`] and [`Renderer::draw`].
-pub fn render(
-    scene: &Scene,
-    camera: &Camera,
-    options: &FrameOptions,
-) -> Result<(Image, FrameStats), Error> {
+pub fn render(scene: &Scene, camera: &Camera, options: &FrameOptions) -> Result<(Image, FrameStats), Error> {
     Renderer::new(Gpu::headless()?, scene)?.render(scene, camera, options)
 }

@@ -31,7 +31,8 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
         eprintln!("warning: no graphics card; {} draws on the CPU, slowly", outcome.stats.adapter.name);
     }
     let mut out = std::io::stdout().lock();
-    let mut lines = outcome.written.iter().map(|path| format!("wrote {}", path.display())).collect::<Vec<_>>();
+    let mut lines =
+        outcome.written.iter().map(|path| format!("wrote {}", path.display())).collect::<Vec<_>>();
     if let Some(last) = outcome.stats.frames.last() {
         let counts = &last.counts;
         lines.push(format!(

@@ -32,7 +32,8 @@ fn folder() -> tempfile::TempDir {
 fn pictures_and_stats_are_written() {
     model::gpu();
     let folder = folder();
-    let words = "torus.fct --headless --instances 4 --size 96x64 --frames 3 --screenshot a{n}.png --stats s.json";
+    let words =
+        "torus.fct --headless --instances 4 --size 96x64 --frames 3 --screenshot a{n}.png --stats s.json";
     let output = fcview(folder.path(), words);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8_lossy(&output.stdout);
@@ -65,8 +66,7 @@ fn pictures_and_stats_are_written() {
 fn without_a_placeholder_only_the_last_frame_is_kept() {
     model::gpu();
     let folder = folder();
-    let output =
-        fcview(folder.path(), "torus.fct --headless --size 32x32 --frames 2 --screenshot only.png");
+    let output = fcview(folder.path(), "torus.fct --headless --size 32x32 --frames 2 --screenshot only.png");
     assert!(output.status.success());
     assert_eq!(String::from_utf8_lossy(&output.stdout).matches("wrote").count(), 1);
 }
@@ -100,7 +100,10 @@ fn without_an_adapter_the_backends_are_named() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
     command.current_dir(folder.path()).args(["torus.fct", "--headless"]);
     // A backend without any driver.
-    command.env("WGPU_BACKEND", "vulkan").env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+    command
+        .env("WGPU_BACKEND", "vulkan")
+        .env("VK_DRIVER_FILES", "/nonexistent")
+        .env("VK_ICD_FILENAMES", "/nonexistent");
     let output = command.output().unwrap();
     if cfg!(target_os = "linux") {
         refused(&output, 6, &["error[FC601]", "vulkan", "mesa-vulkan-drivers"]);

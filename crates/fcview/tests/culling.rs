@@ -46,10 +46,7 @@ fn compare(scene: &Scene, with: &FrameOptions, without: &FrameOptions) -> (u64, 
             let folder = std::env::temp_dir();
             let _ = full.write_png(&folder.join("fcview-expected.png"));
             let _ = culled.write_png(&folder.join("fcview-got.png"));
-            panic!(
-                "view {number}: {differing:?} pixels differ; see {}/fcview-*.png",
-                folder.display()
-            );
+            panic!("view {number}: {differing:?} pixels differ; see {}/fcview-*.png", folder.display());
         }
         assert_eq!(full.depth, culled.depth, "view {number}: the depths differ");
         few += some.counts.triangles_drawn;
@@ -67,7 +64,7 @@ fn occlusion_culling_changes_no_pixel_and_removes_much() {
     // What lies outside the view has no place in the picture to be asked about.
     let without = FrameOptions { frustum: true, backface: true, ..EVERYTHING };
     let with = FrameOptions { occlusion: Occlusion::Exact, ..without };
-    let scene = Scene::placed(vec![model::torus(64, 40)], 120, 3);
+    let scene = Scene::placed(vec![model::torus(160, 80)], 40, 3);
     let (few, many) = compare(&scene, &with, &without);
     println!("{few} of {many}");
     assert!(few * 10 < many * 8, "{few} of {many} triangles drawn: the queries hide too little");
@@ -100,8 +97,7 @@ fn cone_culling_changes_no_pixel_and_removes_much() {
 
 #[test]
 fn all_together_change_no_pixel() {
-    let with =
-        FrameOptions { frustum: true, backface: true, occlusion: Occlusion::Exact, ..EVERYTHING };
+    let with = FrameOptions { frustum: true, backface: true, occlusion: Occlusion::Exact, ..EVERYTHING };
     let (few, many) = compare(&scene(), &with, &EVERYTHING);
     assert!(few * 10 < many * 4, "{few} of {many} triangles drawn");
 }

@@ -110,8 +110,7 @@ fn a_tree_of_one_face_is_drawn() {
     let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
     let camera = Camera::look_at(DVec3::new(0.3, 0.3, 2.0), DVec3::new(0.3, 0.3, 0.0), 0.8).unwrap();
     for color in [ColorMode::Shaded, ColorMode::Clusters] {
-        let (image, stats) =
-            renderer.render(&scene, &camera, &FrameOptions { color, ..options() }).unwrap();
+        let (image, stats) = renderer.render(&scene, &camera, &FrameOptions { color, ..options() }).unwrap();
         assert_eq!(stats.counts.triangles_drawn, 1);
         assert!(image.depth.unwrap()[60 * 160 + 80] > 0.0);
     }
@@ -122,11 +121,9 @@ fn cameras_without_a_view_are_errors_and_far_or_inside_ones_are_not() {
     let scene = alone(model::torus(24, 12));
     let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
     let good = Orbit::around(&scene.extremes(), 0.7, 1.3).camera();
-    for bad in [
-        Camera { eye: DVec3::NAN, ..good },
-        Camera { up: DVec3::ZERO, ..good },
-        Camera { fov: -1.0, ..good },
-    ] {
+    for bad in
+        [Camera { eye: DVec3::NAN, ..good }, Camera { up: DVec3::ZERO, ..good }, Camera { fov: -1.0, ..good }]
+    {
         let error = renderer.render(&scene, &bad, &options()).unwrap_err();
         assert!(matches!(error, Error::Camera { .. }), "{error}");
     }

@@ -43,7 +43,7 @@ impl Table {
     fn estimate(&self) -> u64 {
         let bits = self.words.len() as f64 * 64.0;
         let clear: u64 = self.words.iter().map(|w| u64::from(w.count_zeros())).sum();
-        (-bits * (clear.max(1) as f64 / bits).ln()).ceil() as u64
+        (-bits * (clear.max(1) as f64 / bits).ln()).round() as u64
     }
 }
 

@@ -71,10 +71,7 @@ impl Cuts {
             counts.instances += 1;
             let Some(model) = scene.models.get(instance.model) else { continue };
             let local = world.in_local_space(&instance.matrix());
-            let sphere = Sphere {
-                center: model.center.as_vec3(),
-                radius: fcgeom::round_up(model.radius),
-            };
+            let sphere = Sphere { center: model.center.as_vec3(), radius: fcgeom::round_up(model.radius) };
             let frustum = match (options.frustum, local.classify_sphere(&sphere)) {
                 (true, Containment::Outside) => {
                     counts.instances_outside += 1;

@@ -102,9 +102,10 @@ fn first_face(tree: &fct::Tree, node: ChildRef) -> u32 {
 pub(crate) fn sphere(tree: &fct::Tree, node: ChildRef) -> (DVec3, f64) {
     let vector = |v| DVec3::from_array(fct::unpack(v).map(f64::from));
     match node.kind() {
-        Child::Node(index) => tree.nodes().get(index as usize).map_or((DVec3::ZERO, 0.0), |node| {
-            (vector(node.center), f64::from(node.radius.get()))
-        }),
+        Child::Node(index) => tree
+            .nodes()
+            .get(index as usize)
+            .map_or((DVec3::ZERO, 0.0), |node| (vector(node.center), f64::from(node.radius.get()))),
         Child::Face(face) => {
             let corner = |v: u32| tree.vertices().get(v as usize).map_or(DVec3::ZERO, |v| vector(v.position));
             let [a, b, c] = tree.face(face).unwrap_or_default().map(corner);

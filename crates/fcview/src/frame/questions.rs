@@ -30,9 +30,7 @@ pub(crate) fn questions(
         asked.sort_unstable();
     }
     polygons.clear();
-    asked.retain(|i| {
-        pieces.get(*i).and_then(|piece| ask(scene, view, cuts, piece, polygons)).is_some()
-    });
+    asked.retain(|i| pieces.get(*i).and_then(|piece| ask(scene, view, cuts, piece, polygons)).is_some());
 }
 
 fn size(pieces: &[Piece], i: usize) -> u32 {

@@ -122,7 +122,8 @@ impl Gpu {
     /// # Errors
     /// [`Error::Timeout`] if the device seems hung, and what [`Gpu::check`] says.
     pub fn wait(&self, what: &'static str) -> Result<(), Error> {
-        let waited = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) });
+        let waited =
+            self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) });
         self.check()?;
         waited.map(drop).map_err(|_timeout| Error::Timeout { what, seconds: PATIENCE.as_secs() })
     }
@@ -134,7 +135,9 @@ impl Gpu {
     pub fn check(&self) -> Result<(), Error> {
         let message = self.faults.take();
         if self.faults.lost.load(Ordering::Acquire) {
-            return Err(Error::DeviceLost { reason: message.unwrap_or_else(|| "no reason given".to_owned()) });
+            return Err(Error::DeviceLost {
+                reason: message.unwrap_or_else(|| "no reason given".to_owned()),
+            });
         }
         message.map_or(Ok(()), |message| Err(Error::Device { message }))
     }

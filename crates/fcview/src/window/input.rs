@@ -32,7 +32,9 @@ impl Mouse {
         self.drag = match (button, state) {
             (_, ElementState::Released) => None,
             (MouseButton::Left, _) if on_picture && !self.modifiers.shift_key() => Some(Drag::Turn),
-            (MouseButton::Left | MouseButton::Right | MouseButton::Middle, _) if on_picture => Some(Drag::Pan),
+            (MouseButton::Left | MouseButton::Right | MouseButton::Middle, _) if on_picture => {
+                Some(Drag::Pan)
+            }
             _ => self.drag,
         };
     }

@@ -218,13 +218,8 @@ impl Screen {
     }
 }
 
-fn make_surface(
-    instance: &wgpu::Instance,
-    window: &Arc<Window>,
-) -> Result<wgpu::Surface<'static>, Error> {
-    instance
-        .create_surface(Arc::clone(window))
-        .map_err(|error| Error::NoWindow { reason: error.to_string() })
+fn make_surface(instance: &wgpu::Instance, window: &Arc<Window>) -> Result<wgpu::Surface<'static>, Error> {
+    instance.create_surface(Arc::clone(window)).map_err(|error| Error::NoWindow { reason: error.to_string() })
 }
 
 /// The pipeline that copies the picture to the surface.

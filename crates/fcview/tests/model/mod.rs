@@ -2,11 +2,11 @@
 
 #![allow(dead_code, reason = "each test file uses a part")]
 
+use fcgeom::{Cone, Sphere};
 use fct::{
     BoundingPolygonRecord, ChildRef, F32, FaceRecord, Meta, NodeRecord, NormalRecord, TreeData, U32,
     VertexRecord, WriteOptions, pack,
 };
-use fcgeom::{Cone, Sphere};
 use fcview::{Gpu, Model};
 use glam::{DVec3, Vec3};
 use std::path::Path;
@@ -35,11 +35,7 @@ pub(crate) fn write_torus(path: &Path, rings: u32, sides: u32) {
             let u = std::f64::consts::TAU * f64::from(i) / f64::from(rings);
             let v = std::f64::consts::TAU * f64::from(j) / f64::from(sides);
             let r = 0.42 + 0.03 * (9.0 * u).sin() * (5.0 * v).cos();
-            let p = DVec3::new(
-                (1.0 + r * v.cos()) * u.cos(),
-                r * v.sin(),
-                (1.0 + r * v.cos()) * u.sin(),
-            );
+            let p = DVec3::new((1.0 + r * v.cos()) * u.cos(), r * v.sin(), (1.0 + r * v.cos()) * u.sin());
             positions.push(p.as_vec3());
         }
     }
@@ -161,12 +157,7 @@ impl Builder<'_> {
         (ChildRef::node(index as u32), sphere)
     }
 
-    fn bounding_polygon(
-        &self,
-        node: u32,
-        faces: &[[u32; 3]],
-        points: &[Vec3],
-    ) -> BoundingPolygonRecord {
+    fn bounding_polygon(&self, node: u32, faces: &[[u32; 3]], points: &[Vec3]) -> BoundingPolygonRecord {
         let sum: Vec3 = faces.iter().map(|face| self.normal(face)).sum();
         let normal = sum.try_normalize().unwrap_or(Vec3::Z);
         let tangent = fcgeom::tangent_frame(normal.as_dvec3()).0.as_vec3();
