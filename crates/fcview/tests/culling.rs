@@ -66,7 +66,6 @@ fn occlusion_culling_changes_no_pixel_and_removes_much() {
     let with = FrameOptions { occlusion: Occlusion::Exact, ..without };
     let scene = Scene::placed(vec![model::torus(160, 80)], 40, 3);
     let (few, many) = compare(&scene, &with, &without);
-    println!("{few} of {many}");
     assert!(few * 10 < many * 8, "{few} of {many} triangles drawn: the queries hide too little");
 }
 

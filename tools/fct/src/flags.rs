@@ -36,11 +36,11 @@ Exit codes: 0 every rule holds, 1 our bug, 2 usage, 4 input or output, 5 a limit
 const EXPORT_EXAMPLES: &str = "\
 Examples:
   fct export dragon.fct -o full.ply                      the input's faces
-  fct export dragon.fct -o near.ply --error 0.0005       no point of the surface farther off than that
-  fct export dragon.fct -o small.obj --triangles 5000    at most 5,000 triangles, the best that budget finds
+  fct export dragon.fct -o near.ply --error 0.0005       an error of at most 0.0005
+  fct export dragon.fct -o small.obj --triangles 5000    at most 5,000 triangles
   fct export dragon.fct -o coarse.ply --clusters 250     at most 250 clusters
   fct export dragon.fct -o view.ply --eye 0,0.1,0.6 --pixels 1 --fov 40 --height 1080
-                                                         errors of up to a pixel from that point, all around it
+                                                         an error of at most a pixel from there
 
 Lengths and places are in the unit of the input.";
 

@@ -18,8 +18,8 @@ Examples:
 
 The summary goes to standard output, progress, warnings and errors to standard error.
 
-Exit codes: 0 done (perhaps with warnings), 1 our bug, 2 usage, 3 bad input, 4 input or output, 5 a limit,
-130 or 143 stopped by a signal. On any but 0 nothing is written.";
+Exit codes: 0 done (perhaps with warnings), 1 our bug, 2 usage, 3 bad input, 4 input or output,
+5 a limit, 130 or 143 stopped by a signal. On any but 0 nothing is written.";
 
 /// Builds a face-cluster tree (.fct) from polygon meshes: PLY, OBJ, STL, glTF or GLB.
 #[derive(Clone, Debug, Parser)]

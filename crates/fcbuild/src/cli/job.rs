@@ -107,7 +107,7 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
         weld: settings.weld,
         progress: &|phase, done, total| progress.tell(Stage::Build(phase), done, total),
     };
-    let mut built = pool.install(|| build(soup, &options))?;
+    let mut built = pool.install(|| build(soup, &options)).map_err(|e| blame(settings, e))?;
     check_strict(settings, &built.tally)?;
     check_books(&built)?;
     built.meta.generator = concat!("fcbuild ", env!("CARGO_PKG_VERSION")).to_owned();
@@ -125,10 +125,15 @@ fn check_strict(settings: &Settings, tally: &Tally) -> Result<(), Error> {
         found.iter().map(|n| format!("{} ({}, {})", n.name, n.code, size::grouped(n.count))).collect();
     let error = Error::bad_input("FC213", format!("--strict refuses to repair: {}", list.join(", ")))
         .remedy("mend the mesh, or leave --strict out to accept the repairs");
-    Err(match settings.inputs.as_slice() {
+    Err(blame(settings, error))
+}
+
+/// Names the input, where there is only one that can be to blame.
+fn blame(settings: &Settings, error: Error) -> Error {
+    match settings.inputs.as_slice() {
         [only] => error.in_file(only),
         _ => error,
-    })
+    }
 }
 
 /// Nothing may get lost: what was read is kept or counted as dropped.

@@ -135,7 +135,7 @@ impl fmt::Display for Exported {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "wrote {}: {} triangles, {} vertices, {} clusters, within {} of the surface",
+            "wrote {}: {} triangles, {} vertices, {} clusters; no point of the surface is farther off than {}",
             self.output.display(),
             grouped(self.triangles),
             grouped(self.vertices),
