@@ -17,7 +17,11 @@ pub fn to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     }
     let segment = |u: DVec3, v: DVec3| {
         let e = v - u;
-        let t = if e.length_squared() > 0.0 { ((p - u).dot(e) / e.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
+        let t = if e.length_squared() > 0.0 {
+            ((p - u).dot(e) / e.length_squared()).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         (p - u - e * t).length()
     };
     segment(a, b).min(segment(b, c)).min(segment(c, a))
@@ -36,7 +40,8 @@ impl Surface {
     pub fn of(tree: &Tree, indices: &[u32]) -> Surface {
         let triangles: Vec<[DVec3; 3]> =
             indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| position(tree, v))).collect();
-        let mut surface = Surface { boxes: vec![(DVec3::ZERO, DVec3::ZERO); 2 * triangles.len().max(1)], triangles };
+        let mut surface =
+            Surface { boxes: vec![(DVec3::ZERO, DVec3::ZERO); 2 * triangles.len().max(1)], triangles };
         let n = surface.triangles.len();
         if n > 0 {
             surface.sort(0, n, 0);

@@ -21,7 +21,13 @@ pub fn grid(n: u32, seed: u64) -> Soup {
     let mut random = Random::new(seed);
     let side = n + 1;
     let positions = (0..side * side)
-        .map(|i| [(i % side) as f32 / n as f32, (i / side) as f32 / n as f32, random.between(0.0, 0.6 / f64::from(n)) as f32])
+        .map(|i| {
+            [
+                (i % side) as f32 / n as f32,
+                (i / side) as f32 / n as f32,
+                random.between(0.0, 0.6 / f64::from(n)) as f32,
+            ]
+        })
         .collect();
     let triangles = (0..n * n)
         .flat_map(|i| {
@@ -41,7 +47,11 @@ pub fn torus(u: u32, v: u32, seed: u64) -> Soup {
         for j in 0..v {
             let (a, b) = (tau * f64::from(i) / f64::from(u), tau * f64::from(j) / f64::from(v));
             let r = 0.35 + 0.02 * random.unit();
-            positions.push([(a.cos() * (1.0 + r * b.cos())) as f32, (a.sin() * (1.0 + r * b.cos())) as f32, (r * b.sin()) as f32]);
+            positions.push([
+                (a.cos() * (1.0 + r * b.cos())) as f32,
+                (a.sin() * (1.0 + r * b.cos())) as f32,
+                (r * b.sin()) as f32,
+            ]);
         }
     }
     let at = |i: u32, j: u32| i % u * v + j % v;
@@ -69,7 +79,9 @@ pub fn moebius(n: u32) -> Soup {
     let at = |i: u32, j: u32| if i == n { 4 - j } else { i * 5 + j };
     let triangles = (0..n)
         .flat_map(|i| (0..4).map(move |j| (i, j)))
-        .flat_map(|(i, j)| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]])
+        .flat_map(|(i, j)| {
+            [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+        })
         .collect();
     soup(positions, triangles)
 }
@@ -108,9 +120,13 @@ pub fn pieces(seed: u64) -> Soup {
             0 => torus(9, 5, seed + k),
             1 => grid(6, seed + k),
             2 => soup(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], vec![[0, 1, 2]]),
-            _ => soup(vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]], vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]),
+            _ => soup(
+                vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]],
+                vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+            ),
         };
-        let offset = [random.between(-6., 6.) as f32, random.between(-6., 6.) as f32, random.between(-6., 6.) as f32];
+        let offset =
+            [random.between(-6., 6.) as f32, random.between(-6., 6.) as f32, random.between(-6., 6.) as f32];
         append(&mut all, &other, offset);
     }
     all

@@ -24,7 +24,8 @@ pub fn bytes_of(soup: Soup, split: SplitMode) -> Vec<u8> {
 
 /// Reads a mesh file; panics with the error, for tests.
 pub fn read(path: &Path) -> Soup {
-    import(path, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} }).unwrap_or_else(|e| panic!("{e}"))
+    import(path, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} })
+        .unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A file of the repository's `data` folder.
@@ -32,7 +33,12 @@ pub fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(name)
 }
 
-/// A file of the folder that `FCT_DATA` names, if it is set: real scans that the repository does not carry.
-pub fn scan(name: &str) -> Option<PathBuf> {
-    std::env::var_os("FCT_DATA").map(|folder| PathBuf::from(folder).join(name))
+/// A scan in the folder that `FCT_DATA` names; panics if it is not there, and says how to get it.
+pub fn scan(name: &str) -> Soup {
+    let Some(folder) = std::env::var_os("FCT_DATA") else {
+        panic!("set FCT_DATA to a folder that holds {name}, of the Stanford 3D Scanning Repository");
+    };
+    let path = PathBuf::from(folder).join(name);
+    assert!(path.is_file(), "{} is missing; get it from the Stanford 3D Scanning Repository", path.display());
+    read(&path)
 }

@@ -1,5 +1,7 @@
 //! Promise: no point of the surface is farther from the drawn mesh than the tolerance allows there.
 
+#![allow(clippy::print_stdout, reason = "the counts are part of the promise")]
+
 use fcbuild::import::Soup;
 use fcextract::{Extraction, Order, Perspective, Selection, Tolerance, extract};
 use fct::Tree;
@@ -54,7 +56,8 @@ fn measure(tree: &Tree, selection: &Selection, points: &[DVec3]) -> (f64, f64, u
 fn check(name: &str, soup: Soup, per_face: usize) {
     let tree = trees::tree_of(soup);
     let points = samples(&tree, per_face);
-    let [low, high] = [tree.meta().bounds_min, tree.meta().bounds_max].map(|b| DVec3::from_array(b.map(f64::from)));
+    let [low, high] =
+        [tree.meta().bounds_min, tree.meta().bounds_max].map(|b| DVec3::from_array(b.map(f64::from)));
     let (center, size) = ((low + high) * 0.5, (high - low).length());
     let mut random = Random::new(4);
     let mut worst_of_all = 0.0_f64;
@@ -91,12 +94,10 @@ fn sample_meshes() {
     }
 }
 
-/// Scans in the folder named by `FCT_DATA`, if there are any.
 #[test]
+#[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
 fn scans() {
     for name in ["bunny.ply", "armadillo.ply", "dragon.ply"] {
-        if let Some(path) = trees::scan(name).filter(|p| p.exists()) {
-            check(name, trees::read(&path), 0);
-        }
+        check(name, trees::scan(name), 0);
     }
 }

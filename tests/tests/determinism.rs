@@ -13,7 +13,10 @@ fn check(name: &str, soup: Soup) {
     for split in [SplitMode::Paper, SplitMode::Pca, SplitMode::Cca] {
         let one = on_threads(1, &soup, split);
         for threads in [2, 7] {
-            assert!(on_threads(threads, &soup, split) == one, "{name}, {split:?}: {threads} threads give other bytes");
+            assert!(
+                on_threads(threads, &soup, split) == one,
+                "{name}, {split:?}: {threads} threads give other bytes"
+            );
         }
         assert!(on_threads(1, &soup, split) == one, "{name}, {split:?}: a second run gives other bytes");
     }
@@ -29,7 +32,8 @@ fn same_bytes_for_any_number_of_threads() {
 #[test]
 fn the_modes_differ() {
     let soup = trees::read(&trees::data("terrain.ply"));
-    let [paper, pca, cca] = [SplitMode::Paper, SplitMode::Pca, SplitMode::Cca].map(|s| trees::bytes_of(soup.clone(), s));
+    let [paper, pca, cca] =
+        [SplitMode::Paper, SplitMode::Pca, SplitMode::Cca].map(|s| trees::bytes_of(soup.clone(), s));
     assert!(paper != pca && pca != cca && cca != paper);
 }
 
@@ -46,7 +50,10 @@ fn a_mesh_scaled_by_a_power_of_two_gives_the_scaled_tree() {
         let other = trees::tree_of(scaled);
         assert_eq!(one.faces().len(), other.faces().len());
         for (a, b) in one.nodes().iter().zip(other.nodes()) {
-            assert_eq!((a.left, a.right, a.loop_start, a.loop_len), (b.left, b.right, b.loop_start, b.loop_len));
+            assert_eq!(
+                (a.left, a.right, a.loop_start, a.loop_len),
+                (b.left, b.right, b.loop_start, b.loop_len)
+            );
             assert_eq!(a.bound.get() * factor, b.bound.get());
             assert_eq!(a.radius.get() * factor, b.radius.get());
             // Below the normal range single precision drops digits of its own.

@@ -17,7 +17,8 @@ fn canonical(corners: [[f32; 3]; 3]) -> Corners {
 
 fn of_soup(soup: &Soup) -> Vec<Corners> {
     let Positions::F32(p) = &soup.positions else { panic!("single precision is meant here") };
-    let mut faces: Vec<Corners> = soup.triangles.iter().map(|t| canonical(t.map(|v| p[v as usize]))).collect();
+    let mut faces: Vec<Corners> =
+        soup.triangles.iter().map(|t| canonical(t.map(|v| p[v as usize]))).collect();
     faces.retain(|[a, b, c]| a != b && b != c && c != a);
     faces.sort_unstable();
     faces.dedup();
@@ -59,12 +60,10 @@ fn the_finest_cut_is_the_input() {
     }
 }
 
-/// Scans in the folder named by `FCT_DATA`, if there are any.
 #[test]
+#[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
 fn scans() {
     for name in ["bunny.ply", "armadillo.ply", "dragon.ply"] {
-        if let Some(path) = trees::scan(name).filter(|p| p.exists()) {
-            check(name, trees::read(&path));
-        }
+        check(name, trees::scan(name));
     }
 }

@@ -18,6 +18,8 @@
 //! | FC210 | 3 | a text encoding that is not supported |
 //! | FC211 | 3 | a scene's structure is broken (cycle, reference to a missing object, bad transform) |
 //! | FC212 | 3 | a file refers to another one outside its own folder |
+//! | FC290 | 3 | no face is left after welding and repair |
+//! | FC292 | 3 | the model is too large for single precision |
 //! | FC401 | 4 | a file cannot be opened |
 //! | FC402 | 4 | the path is a directory or another thing that is no regular file |
 //! | FC403 | 4 | reading failed, or the file changed while it was read |

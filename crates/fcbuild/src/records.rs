@@ -90,7 +90,13 @@ impl Records {
             .map(|(p, a)| {
                 let (center, radius) = scale.sphere(&a.sphere, EAGER);
                 let position = p.to_array().map(F32::new);
-                VertexRecord { position, bound: scale.up(a.bound * EAGER), budget: scale.up(a.budget * EAGER), center, radius }
+                VertexRecord {
+                    position,
+                    bound: scale.up(a.bound * EAGER),
+                    budget: scale.up(a.budget * EAGER),
+                    center,
+                    radius,
+                }
             })
             .collect();
         let weld = mesh
@@ -118,7 +124,13 @@ fn child_ref(node: usize, first_face: usize, faces: usize) -> ChildRef {
     if faces == 1 { ChildRef::face(first_face as u32) } else { ChildRef::node(node as u32) }
 }
 
-fn node_records(scale: &Scale, faces: usize, splits: &[Split], loops: &Loops, bounds: &[NodeBounds]) -> Vec<NodeRecord> {
+fn node_records(
+    scale: &Scale,
+    faces: usize,
+    splits: &[Split],
+    loops: &Loops,
+    bounds: &[NodeBounds],
+) -> Vec<NodeRecord> {
     let mut nodes = Vec::with_capacity(splits.len());
     // Preorder, so records are pushed in the order of their indices.
     let mut stack = vec![(0, 0, faces)];

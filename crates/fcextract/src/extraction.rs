@@ -48,9 +48,16 @@ pub struct Stats {
 
 #[derive(Clone, Copy, Debug)]
 enum Step {
-    Visit { subtree: Subtree, inside: bool },
+    Visit {
+        subtree: Subtree,
+        inside: bool,
+    },
     /// The subtree's triangles and batches start here.
-    Close { node: u32, first_index: u32, first_batch: usize },
+    Close {
+        node: u32,
+        first_index: u32,
+        first_batch: usize,
+    },
 }
 
 /// Extracts the mesh of `selection` from `tree` into `out`.
@@ -80,7 +87,13 @@ pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Resu
 }
 
 impl Extraction {
-    fn visit(&mut self, tree: &Tree, selection: &Selection, subtree: Subtree, inside: bool) -> Result<(), Error> {
+    fn visit(
+        &mut self,
+        tree: &Tree,
+        selection: &Selection,
+        subtree: Subtree,
+        inside: bool,
+    ) -> Result<(), Error> {
         let first_index = u32::try_from(self.indices.len()).map_err(|_overflow| Error::TooManyTriangles)?;
         let index = match subtree.child.kind() {
             Child::Face(face) => {

@@ -50,7 +50,10 @@ impl Selection {
             Tolerance::Full => true,
             Tolerance::Uniform { distance } => distance >= 0.0,
             Tolerance::Perspective(p) => {
-                p.eye.is_finite() && p.axis.is_finite() && p.slope >= 0.0 && (-1.0..=1.0).contains(&p.corner_cos)
+                p.eye.is_finite()
+                    && p.axis.is_finite()
+                    && p.slope >= 0.0
+                    && (-1.0..=1.0).contains(&p.corner_cos)
             }
         };
         if !usable {

@@ -91,7 +91,8 @@ mod tests {
         let axis = DVec3::Z;
         let corner = 16.0 / 9.0 * half_fov_tan;
         let corner_cos = 1.0 / (1.0_f64 + corner * corner + half_fov_tan * half_fov_tan).sqrt();
-        let view = Perspective { eye: DVec3::ZERO, axis, slope: pixels * 2.0 * half_fov_tan / height, corner_cos };
+        let view =
+            Perspective { eye: DVec3::ZERO, axis, slope: pixels * 2.0 * half_fov_tan / height, corner_cos };
         let project = |p: DVec3| p.truncate() / p.z * height / (2.0 * half_fov_tan);
         let mut signed = || random(&mut state) * 2.0 - 1.0;
         let mut tightest = 0.0_f64;
@@ -114,11 +115,13 @@ mod tests {
     fn nested_spheres_are_refined_inside_out() {
         let mut state = 3;
         let mut signed = || random(&mut state) * 2.0 - 1.0;
-        let view = Perspective { eye: DVec3::new(0.1, -2.0, 0.4), axis: DVec3::Y, slope: 0.01, corner_cos: 0.6 };
+        let view =
+            Perspective { eye: DVec3::new(0.1, -2.0, 0.4), axis: DVec3::Y, slope: 0.01, corner_cos: 0.6 };
         for _ in 0..50_000 {
             let (outer, r) = (DVec3::new(signed(), signed(), signed()) * 3.0, signed().abs());
             let inner_r = r * signed().abs();
-            let inner = outer + DVec3::new(signed(), signed(), signed()).normalize_or_zero() * (r - inner_r) * signed();
+            let inner = outer
+                + DVec3::new(signed(), signed(), signed()).normalize_or_zero() * (r - inner_r) * signed();
             assert!(view.at(inner, inner_r) * (1.0 + 1e-9) >= view.at(outer, r));
         }
     }

@@ -97,7 +97,9 @@ impl Prism {
         // The polygon's plane; a point at height h is seen through it at the fraction (eye - plane) / (eye - h) of
         // its way, which runs from `least` at the far face to almost 1 at the near face.
         let plane = near_face + margin;
-        if !(eye_height > plane + margin) {
+        // Comparisons are kept as what must hold, so that NaN means none.
+        let before_the_plane = eye_height > plane + margin;
+        if !before_the_plane {
             return None;
         }
         let least = (eye_height - plane) / (eye_height - far_face);
@@ -119,7 +121,8 @@ impl Prism {
         };
         let tight = place(expand(margin));
         let sine = flattest(&tight);
-        if !(sine > 2.0 * FLATTEST) {
+        let steep_enough = sine > 2.0 * FLATTEST;
+        if !steep_enough {
             return None;
         }
         let reach = tight.iter().fold(farthest, |reach, p| reach.max(p.distance(eye)));
@@ -151,7 +154,8 @@ pub fn sphere_polygon(center: DVec3, radius: f64, eye: DVec3, pixel: f64) -> Opt
     let toward = offset.try_normalize()?;
     // The tangent plane at the nearest point, which separates the sphere from the eye.
     let plane = distance - radius;
-    if !(plane > FLATTEST * distance) {
+    let before_the_plane = plane > FLATTEST * distance;
+    if !before_the_plane {
         return None;
     }
     let half = plane * radius / (distance * distance - radius * radius).sqrt() + margin;

@@ -1,4 +1,4 @@
-//! What developers run: `cargo xtask data` writes the sample meshes.
+//! What developers run: `cargo xtask data` writes the sample meshes, `cargo xtask campaign` runs the long tests.
 //!
 //! This file only parses the command line and hands over; each subcommand has a module of its own.
 
@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod campaign;
 mod data;
 
 /// Tasks of the workspace that are no part of the product.
@@ -20,11 +21,14 @@ struct Cli {
 enum Task {
     /// Write the sample meshes, the same bytes on every run.
     Data(data::Args),
+    /// Run the tests that take minutes or need real scans.
+    Campaign(campaign::Args),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Data(args) => data::run(&args),
+        Task::Campaign(args) => campaign::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

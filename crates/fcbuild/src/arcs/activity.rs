@@ -64,6 +64,10 @@ pub fn raise(weld: &[u32], curves: &[CurveRecord], records: &mut [Activity]) {
 /// Every vertex is in every mesh: the tree is a single face.
 pub fn always(positions: &[glam::Vec3], records: &mut [Activity]) {
     for (record, p) in records.iter_mut().zip(positions) {
-        *record = Activity { bound: f64::INFINITY, budget: f64::INFINITY, sphere: Sphere { center: *p, radius: 0.0 } };
+        *record = Activity {
+            bound: f64::INFINITY,
+            budget: f64::INFINITY,
+            sphere: Sphere { center: *p, radius: 0.0 },
+        };
     }
 }

@@ -96,7 +96,8 @@ impl<T: Send> Walk<'_, T> {
             [] => Vec::new(),
             [_, below @ ..] => self.descend(child.node, child.faces, registered, below),
         };
-        let (l, r) = rayon::join(|| go(left, registered_l, measured_l), || go(right, registered_r, measured_r));
+        let (l, r) =
+            rayon::join(|| go(left, registered_l, measured_l), || go(right, registered_r, measured_r));
         let mut pieces = vec![own];
         pieces.extend(l);
         pieces.extend(r);
@@ -151,7 +152,11 @@ impl<T: Send> Walk<'_, T> {
         }
         for (child, slot) in children.iter().zip([0, left_faces - 1]) {
             if child.faces.len() > 1 {
-                measured[slot] = self.show(child.node, child.faces.clone(), &registered[3 * (child.faces.start - faces.start)..]);
+                measured[slot] = self.show(
+                    child.node,
+                    child.faces.clone(),
+                    &registered[3 * (child.faces.start - faces.start)..],
+                );
             }
         }
         children
@@ -209,7 +214,8 @@ impl<T: Send> Walk<'_, T> {
     fn anchor(&self, entries: &[u32], sibling: &Range<usize>, marks: &mut Marks<'_>) {
         let points: Vec<Vec3> =
             entries.iter().map(|&h| self.mesh.positions[self.mesh.origin(h & !LAST) as usize]).collect();
-        let mut chosen: Vec<usize> = (0..entries.len()).filter(|&i| marks.get(entries[i] & !LAST)).take(3).collect();
+        let mut chosen: Vec<usize> =
+            (0..entries.len()).filter(|&i| marks.get(entries[i] & !LAST)).take(3).collect();
         let had = chosen.len();
         polyline::complete_to_three(&points, &mut chosen);
         for &i in &chosen[had..] {

@@ -98,8 +98,12 @@ impl Graph {
         let mut ends: Vec<(u32, u32)> =
             edges.iter().enumerate().flat_map(|(i, e)| [(e.low, i as u32), (e.high, i as u32)]).collect();
         ends.sort_unstable();
-        let mut graph =
-            Graph { vertices: Vec::new(), start: Vec::new(), incident: Vec::new(), index_of: vec![NONE; vertex_count] };
+        let mut graph = Graph {
+            vertices: Vec::new(),
+            start: Vec::new(),
+            incident: Vec::new(),
+            index_of: vec![NONE; vertex_count],
+        };
         for (vertex, edge) in ends {
             if graph.vertices.last() != Some(&vertex) {
                 graph.index_of[vertex as usize] = graph.vertices.len() as u32;
@@ -157,7 +161,7 @@ fn points_of(mesh: &TreeMesh, curve: &[u32]) -> Vec<Vec3> {
 /// Both ends are junctions, drawn always; what lies between goes by its deviation.
 fn add_open_curve(mesh: &TreeMesh, curve: &[u32], out: &mut Vec<CurveRecord>) {
     for &vertex in [curve.first(), curve.last()].into_iter().flatten() {
-        let sphere = Sphere::of_points(&points_of(mesh, &[vertex]));
+        let sphere = Sphere::of_points(points_of(mesh, &[vertex]));
         out.push(CurveRecord { vertex, error: f64::INFINITY, sphere });
     }
     add_deviations(mesh, curve, out);
@@ -190,7 +194,7 @@ fn add_loops(
     for r in out.iter().filter(|r| r.error == f64::INFINITY) {
         has_anchor[component_of_vertex[r.vertex as usize] as usize] = true;
     }
-    let sphere_of = |curve: &[u32]| Sphere::of_points(&points_of(mesh, curve));
+    let sphere_of = |curve: &[u32]| Sphere::of_points(points_of(mesh, curve));
     let mut widest: Vec<Option<(f32, usize)>> = vec![None; components];
     for (i, curve) in loops.iter().enumerate() {
         let c = component_of_vertex[curve[0] as usize] as usize;

@@ -113,8 +113,11 @@ impl Tree<'_> {
         children: &[(usize, Range<usize>); 2],
         out: &mut Vec<CurveRecord>,
     ) {
-        let vertices: Vec<u32> =
-            arc.iter().map(|&h| self.mesh.origin(h)).chain(arc.last().map(|&h| self.mesh.target(h))).collect();
+        let vertices: Vec<u32> = arc
+            .iter()
+            .map(|&h| self.mesh.origin(h))
+            .chain(arc.last().map(|&h| self.mesh.target(h)))
+            .collect();
         let key = |i: usize| self.keys[self.mesh.weld[vertices[i] as usize] as usize];
         // Meetings at each edge, as far as one of its ends is not drawn anyway.
         let last = vertices.len() - 1;
@@ -131,7 +134,8 @@ impl Tree<'_> {
         }
         let points: Vec<Vec3> = vertices.iter().map(|&v| self.mesh.positions[v as usize]).collect();
         let stretches = polyline::deviations(&points);
-        let mut uncovered: Vec<f64> = stretches.iter().map(|d| uncovered(&points, d.from, d.to, &meetings)).collect();
+        let mut uncovered: Vec<f64> =
+            stretches.iter().map(|d| uncovered(&points, d.from, d.to, &meetings)).collect();
         for (i, d) in stretches.iter().enumerate().rev() {
             if let Some(up) = d.within {
                 uncovered[up] = uncovered[up].max(uncovered[i]);
@@ -144,7 +148,13 @@ impl Tree<'_> {
     }
 
     /// The clusters that meet at an edge of the cut of `node`, for tolerances above `down_to`.
-    fn meetings(&self, node: usize, half_edge: u32, children: &[(usize, Range<usize>); 2], down_to: f64) -> Vec<Meeting> {
+    fn meetings(
+        &self,
+        node: usize,
+        half_edge: u32,
+        children: &[(usize, Range<usize>); 2],
+        down_to: f64,
+    ) -> Vec<Meeting> {
         let faces = [half_edge, self.mesh.opposite[half_edge as usize]].map(|h| h as usize / 3);
         let side = |i: usize| Side { node: children[i].0, faces: children[i].1.clone(), face: faces[i] };
         let mut sides = [side(0), side(1)];

@@ -227,7 +227,8 @@ impl Subtree<'_> {
                 let after_across = self.next[at(across)];
                 self.ends[at(h)] = !(cuts_right(before_h) && opposite[before_h as usize] == after_across);
                 let after_h = self.next[at(h)];
-                self.ends[at(across)] = !(cuts_left(before_across) && opposite[before_across as usize] == after_h);
+                self.ends[at(across)] =
+                    !(cuts_left(before_across) && opposite[before_across as usize] == after_h);
             }
         }
         let stamp = (self.base + node + 1) as u32;

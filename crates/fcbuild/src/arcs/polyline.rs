@@ -41,7 +41,10 @@ pub(super) fn complete_to_three(points: &[Vec3], chosen: &mut Vec<usize>) {
             _ => {
                 let taken = chosen.clone();
                 let (a, b) = (at(taken[0]), at(taken[1]));
-                match farthest(n, |i| if taken.contains(&i) { -1.0 } else { distance_to_segment(at(i), a, b) }) {
+                match farthest(
+                    n,
+                    |i| if taken.contains(&i) { -1.0 } else { distance_to_segment(at(i), a, b) },
+                ) {
                     Some((far, _)) => far,
                     None => return,
                 }
@@ -83,7 +86,8 @@ pub(super) fn deviations(points: &[Vec3]) -> Vec<Deviation> {
         }
         let (a, b) = (points[from].as_dvec3(), points[to].as_dvec3());
         let inner = &points[from + 1..to];
-        let Some((far, error)) = farthest(inner.len(), |i| distance_to_segment(inner[i].as_dvec3(), a, b)) else {
+        let Some((far, error)) = farthest(inner.len(), |i| distance_to_segment(inner[i].as_dvec3(), a, b))
+        else {
             continue;
         };
         let point = if depth < MAX_DEPTH { from + 1 + far } else { (from + to) / 2 };

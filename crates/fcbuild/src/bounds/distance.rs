@@ -21,11 +21,17 @@ pub(super) fn bound(
 ) -> (f64, bool) {
     let mut best = f64::INFINITY;
     for direction in directions {
-        if *direction != Vec3::ZERO && normals.iter().all(|n| *n == Vec3::ZERO || n.dot(*direction) > MIN_FACING) {
+        if *direction != Vec3::ZERO
+            && normals.iter().all(|n| *n == Vec3::ZERO || n.dot(*direction) > MIN_FACING)
+        {
             best = best.min(slab(direction.as_dvec3(), inside, border));
         }
     }
-    if best == f64::INFINITY { (farthest_from_corners(inside, border, corners), true) } else { (best * RIDGE, false) }
+    if best == f64::INFINITY {
+        (farthest_from_corners(inside, border, corners), true)
+    } else {
+        (best * RIDGE, false)
+    }
 }
 
 /// Cosine above which a face counts as facing a direction: about 89.4 degrees, so that rounding cannot turn it.

@@ -25,7 +25,13 @@ pub struct Measured {
 
 impl Default for Measured {
     fn default() -> Self {
-        Measured { bound: f64::INFINITY, from_corners: true, sphere: Sphere::EMPTY, cone: Cone::FULL, polygon: None }
+        Measured {
+            bound: f64::INFINITY,
+            from_corners: true,
+            sphere: Sphere::EMPTY,
+            cone: Cone::FULL,
+            polygon: None,
+        }
     }
 }
 
@@ -51,7 +57,8 @@ const EXACT_CONE_UP_TO: usize = 2048;
 /// Measures one node.
 pub fn measure(mesh: &TreeMesh, split: &Split, at: &Cornered<'_>) -> Measured {
     let own = mesh.own_vertices(&at.faces);
-    let border: Vec<Vec3> = at.loops.iter().map(|&h| mesh.positions[mesh.origin(h & !LAST) as usize]).collect();
+    let border: Vec<Vec3> =
+        at.loops.iter().map(|&h| mesh.positions[mesh.origin(h & !LAST) as usize]).collect();
     let points = || mesh.positions[own.clone()].iter().chain(&border);
     let normals = &mesh.face_normals[at.faces.clone()];
     let cone = if split.joins_components { Cone::FULL } else { cone_of(normals) };
@@ -114,7 +121,10 @@ pub fn combine(mesh: &TreeMesh, splits: &[Split], measured: &[Measured]) -> Vec<
 /// The smaller of two spheres: the cluster's own, grown over the children's, or the one around the children's.
 fn around_children(own: &Sphere, children: &[Option<NodeBounds>; 2]) -> Sphere {
     let center = own.center.as_dvec3();
-    let reach = children.iter().flatten().map(|c| center.distance(c.sphere.center.as_dvec3()) + f64::from(c.sphere.radius));
+    let reach = children
+        .iter()
+        .flatten()
+        .map(|c| center.distance(c.sphere.center.as_dvec3()) + f64::from(c.sphere.radius));
     let radius = reach.fold(f64::from(own.radius), f64::max);
     let grown = Sphere { center: own.center, radius: fcgeom::round_up(radius * (1.0 + 1e-12)) };
     match children {

@@ -38,7 +38,9 @@ impl Attributes {
                 }
                 s[4] += 1;
             }
-            sum.iter().map(|s| [0, 1, 2, 3].map(|c| ((s[c] + s[4] / 2) / s[4].max(1)).min(255) as u8)).collect()
+            sum.iter()
+                .map(|s| [0, 1, 2, 3].map(|c| ((s[c] + s[4] / 2) / s[4].max(1)).min(255) as u8))
+                .collect()
         });
         if conflicts > 0 {
             tally.warn("FC291", conflicts, "welded vertices had different colours; their mean was taken");
@@ -52,7 +54,7 @@ impl Attributes {
             Some(given) => weld.iter().map(|&w| given[w as usize]).collect(),
             None => vec![Vec3::ZERO; positions.len()],
         };
-        if self.normals.is_none() || normals.iter().any(|n| *n == Vec3::ZERO) {
+        if self.normals.is_none() || normals.contains(&Vec3::ZERO) {
             let mut mean = vec![DVec3::ZERO; positions.len()];
             for face in faces {
                 let [a, b, c] = face.map(|v| positions[v as usize].as_dvec3());

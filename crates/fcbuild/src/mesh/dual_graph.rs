@@ -89,7 +89,7 @@ pub(crate) fn next_in_face(half_edge: u32) -> u32 {
 
 /// The half-edge that precedes inside the same face.
 pub(crate) fn prev_in_face(half_edge: u32) -> u32 {
-    if half_edge % 3 == 0 { half_edge + 2 } else { half_edge - 1 }
+    if half_edge.is_multiple_of(3) { half_edge + 2 } else { half_edge - 1 }
 }
 
 fn for_each_half_edge(faces: &[[u32; 3]], mut act: impl FnMut(u32, u32, u32)) {

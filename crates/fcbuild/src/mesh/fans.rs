@@ -1,6 +1,6 @@
 //! One vertex per fan: pinch (bow-tie) vertices and seams are taken apart by copying vertices.
 
-use super::dual_graph::{DualGraph, NONE, prev_in_face, next_in_face};
+use super::dual_graph::{DualGraph, NONE, next_in_face, prev_in_face};
 
 /// Gives every fan of faces around a vertex a vertex of its own.
 ///

@@ -58,7 +58,11 @@ impl Mesh {
         let representative = weld::weld(&stored, weld);
         let kept = weld::keep_faces(&triangles, &representative, &mut tally);
         if kept.is_empty() {
-            return Err(Error::bad_input("FC290", "no face is left after repair; every one was degenerate"));
+            return Err(Error::bad_input(
+                "FC290",
+                "no face is left after repair: every one had a corner twice",
+            )
+            .remedy("a welding distance larger than the model does that; try --weld exact"));
         }
         let mut faces: Vec<[u32; 3]> =
             kept.iter().map(|&f| triangles[f as usize].map(|v| representative[v as usize])).collect();
@@ -77,7 +81,19 @@ impl Mesh {
         let weld: Vec<u32> = (0..(positions.len() - copies.len()) as u32).chain(copies).collect();
         let normals = attributes.normals_or_mean(&positions, &faces, &weld);
         let colors = attributes.colors_of_copies(&weld);
-        Ok(Mesh { units, stored, positions, normals, colors, weld, faces, graph, face_group, group_names, tally })
+        Ok(Mesh {
+            units,
+            stored,
+            positions,
+            normals,
+            colors,
+            weld,
+            faces,
+            graph,
+            face_group,
+            group_names,
+            tally,
+        })
     }
 }
 

@@ -79,7 +79,8 @@ mod tests {
 
     #[test]
     fn single_precision_is_stored_as_it_is() {
-        let points = vec![[1.0e-3_f32, -7.25, 3.0e5], [0.1, 0.2, 0.3], [f32::NAN, 0.0, 0.0], [5.0, 6.0, -2.0e5]];
+        let points =
+            vec![[1.0e-3_f32, -7.25, 3.0e5], [0.1, 0.2, 0.3], [f32::NAN, 0.0, 0.0], [5.0, 6.0, -2.0e5]];
         let (units, stored, normal) = Units::normalise(Positions::F32(points.clone()), &[[0, 1, 3]]);
         for ((p, s), n) in points.iter().zip(&stored).zip(&normal).filter(|((p, _), _)| p[0].is_finite()) {
             assert_eq!(*s, Vec3::from(*p));
@@ -89,7 +90,11 @@ mod tests {
 
     #[test]
     fn double_precision_keeps_millimetres_far_from_the_origin() {
-        let points = vec![[500_000.001, 4_000_000.0, 0.0], [500_000.002, 4_000_000.0, 0.0], [500_010.0, 4_000_010.0, 1.0]];
+        let points = vec![
+            [500_000.001, 4_000_000.0, 0.0],
+            [500_000.002, 4_000_000.0, 0.0],
+            [500_010.0, 4_000_010.0, 1.0],
+        ];
         let (units, stored, _) = Units::normalise(Positions::F64(points.clone()), &[[0, 1, 2]]);
         for (p, s) in points.iter().zip(&stored) {
             let back = s.as_dvec3() + units.origin;

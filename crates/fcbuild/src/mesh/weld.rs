@@ -142,7 +142,8 @@ pub(super) fn keep_faces(triangles: &[[u32; 3]], representative: &[u32], tally: 
         bucket.sort_unstable_by_key(|&i| (rotated[i as usize], i));
         for k in 1..bucket.len() {
             let (first, second) = (bucket[k - 1] as usize, bucket[k] as usize);
-            if rotated[first][..2] == rotated[second][..2] && rotated[first][2] & !MARK == rotated[second][2] {
+            if rotated[first][..2] == rotated[second][..2] && rotated[first][2] & !MARK == rotated[second][2]
+            {
                 rotated[second][2] |= MARK;
             }
         }

@@ -68,8 +68,9 @@ mod tests {
     #[test]
     fn a_strip_is_cut_in_its_middle() {
         let n = 101_u32;
-        let strip: Vec<[u32; 3]> =
-            (0..n).map(|i| [i.checked_sub(1).unwrap_or(NONE), if i + 1 < n { i + 1 } else { NONE }, NONE]).collect();
+        let strip: Vec<[u32; 3]> = (0..n)
+            .map(|i| [i.checked_sub(1).unwrap_or(NONE), if i + 1 < n { i + 1 } else { NONE }, NONE])
+            .collect();
         let mut side = vec![Side::Left; n as usize];
         cut_spanning_tree(&strip, &mut side);
         let right = side.iter().filter(|s| **s == Side::Right).count();

@@ -94,7 +94,12 @@ impl Shape {
         if normal.dot(self.moments.normal) < 0.0 {
             normal = -normal;
         }
-        Split { left_faces: left_faces as u32, joins_components: false, epsilon: self.epsilon(), normal: normal.as_vec3() }
+        Split {
+            left_faces: left_faces as u32,
+            joins_components: false,
+            epsilon: self.epsilon(),
+            normal: normal.as_vec3(),
+        }
     }
 }
 
@@ -170,7 +175,13 @@ pub(super) fn split_down(job: Job<'_>, shape: &Shape, depth: u32, mut room: Room
 }
 
 /// Leaves the kept cut in the first side array and returns the shapes of its two clusters.
-fn best_cut(mode: SplitMode, shape: &Shape, depth: u32, patch: &Patch<'_>, room: &mut Scratch<'_>) -> [Shape; 2] {
+fn best_cut(
+    mode: SplitMode,
+    shape: &Shape,
+    depth: u32,
+    patch: &Patch<'_>,
+    room: &mut Scratch<'_>,
+) -> [Shape; 2] {
     let Scratch { height, queue, side: [kept, tried] } = room;
     let pca = shape.axes.as_ref().map_or(DVec3::X, |e| e.vectors[0]);
     let cca = if mode == SplitMode::Pca { None } else { cca_axis(&shape.moments) };
@@ -229,7 +240,10 @@ fn shapes_of_sides(origin: DVec3, faces: &[FaceMoments], side: &[Side]) -> [Shap
             right.accumulate(f, origin);
         }
     }
-    [Shape::from_moments(left, origin, left_faces), Shape::from_moments(right, origin, faces.len() - left_faces)]
+    [
+        Shape::from_moments(left, origin, left_faces),
+        Shape::from_moments(right, origin, faces.len() - left_faces),
+    ]
 }
 
 /// Moves the faces into `to`, left ones first, both in their old order, and cuts the adjacency between the sides.
@@ -247,9 +261,8 @@ fn separate(from: &Patch<'_>, to: &mut Patch<'_>, side: &[Side], place: &mut [u3
         let slot = place[i] as usize + if *s == Side::Left { 0 } else { middle };
         to.moments[slot] = from.moments[i];
         to.face[slot] = from.face[i];
-        to.adjacent[slot] = from.adjacent[i].map(|near| {
-            if near == NONE || side[near as usize] != *s { NONE } else { place[near as usize] }
-        });
+        to.adjacent[slot] = from.adjacent[i]
+            .map(|near| if near == NONE || side[near as usize] != *s { NONE } else { place[near as usize] });
     }
     middle
 }

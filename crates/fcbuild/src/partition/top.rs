@@ -23,7 +23,8 @@ pub(super) fn join_components(
     order_components(components, &mut list, &mut joins);
 
     let n = mesh.faces.len();
-    let mut face: Vec<u32> = list.iter().flat_map(|&c| components.faces_of(c as usize).iter().copied()).collect();
+    let mut face: Vec<u32> =
+        list.iter().flat_map(|&c| components.faces_of(c as usize).iter().copied()).collect();
     let mut place = vec![0_u32; n];
     for &c in &list {
         for (i, &f) in components.faces_of(c as usize).iter().enumerate() {

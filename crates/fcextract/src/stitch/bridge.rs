@@ -21,7 +21,8 @@ pub(super) fn join_loops(outline: &mut Outline) {
     let area = |ring: &[DVec2]| -> f64 {
         (0..ring.len()).map(|i| ring[i].perp_dot(ring[(i + 1) % ring.len()])).sum()
     };
-    let outer = (1..rings.len()).fold(0, |best, i| if area(&rings[i].1) > area(&rings[best].1) { i } else { best });
+    let outer =
+        (1..rings.len()).fold(0, |best, i| if area(&rings[i].1) > area(&rings[best].1) { i } else { best });
     let (mut joined, mut at) = rings.swap_remove(outer);
     // Nearest pair of each remaining ring; updated by what each join adds, so the whole costs a product, not a cube.
     let mut nearest: Vec<(f64, usize, usize)> = rings.iter().map(|r| closest(&at, 0, &r.1)).collect();

@@ -74,7 +74,11 @@ impl Stitcher {
         let position = |v: u32| position(records, v);
         // All faces of a cluster that does not fold over face its cone's axis; else the polygon's own area decides.
         let axis = DVec3::from_array(node.axis.map(|x| f64::from(x.get())));
-        let normal = if node.cos.get() > 0.0 { axis } else { area_vector(outline, position).try_normalize().unwrap_or(axis) };
+        let normal = if node.cos.get() > 0.0 {
+            axis
+        } else {
+            area_vector(outline, position).try_normalize().unwrap_or(axis)
+        };
         let (x, y) = fcgeom::tangent_frame(normal);
         let origin = position(outline.vertices[0]);
         outline.points.clear();
@@ -88,7 +92,9 @@ impl Stitcher {
 }
 
 fn position(records: &[VertexRecord], vertex: u32) -> DVec3 {
-    records.get(vertex as usize).map_or(DVec3::ZERO, |r| DVec3::from_array(r.position.map(|x| f64::from(x.get()))))
+    records
+        .get(vertex as usize)
+        .map_or(DVec3::ZERO, |r| DVec3::from_array(r.position.map(|x| f64::from(x.get()))))
 }
 
 /// Triangles that turn their back on the axis of a cluster of which no face does.
