@@ -73,15 +73,14 @@ fn scans() {
 
 fn check_figure_10(name: &str, soup: &Soup) {
     let [pca, cca, paper] =
-            [SplitMode::Pca, SplitMode::Cca, SplitMode::Paper].map(|s| mean_error(&tree_by(&soup, s), 250));
-        println!(
-            "{name}: mean error at 250 clusters {:.1} : {:.1} : {:.1}",
-            53.4,
-            53.4 * cca / pca,
-            53.4 * paper / pca
-        );
-        assert!(paper < cca && cca < pca, "{name}: {pca:e} {cca:e} {paper:e}");
-    }
+        [SplitMode::Pca, SplitMode::Cca, SplitMode::Paper].map(|s| mean_error(&tree_by(soup, s), 250));
+    println!(
+        "{name}: mean error at 250 clusters {:.1} : {:.1} : {:.1}",
+        53.4,
+        53.4 * cca / pca,
+        53.4 * paper / pca
+    );
+    assert!(paper < cca && cca < pca, "{name}: {pca:e} {cca:e} {paper:e}");
 }
 
 /// [Tsuji07] 4.2: of the two cuts of a cluster, the one with the smaller sum of errors is kept.

@@ -27,7 +27,7 @@ enum Task {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
-        Task::Data(args) => data::run(&args),
+        Task::Data(args) => data::run(&args).map_err(Into::into),
         Task::Campaign(args) => campaign::run(&args),
     };
     match result {
