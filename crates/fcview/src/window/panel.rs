@@ -2,10 +2,13 @@
 
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
 use crate::stats::FrameStats;
-use egui::{Grid, RichText, Slider, Ui};
+use egui::{RichText, Slider, Ui};
 
 /// Width of the panel's contents, points.
-const WIDTH: f32 = 236.0;
+const WIDTH: f32 = 230.0;
+
+/// Size of the tables' text, points.
+const SMALL: f32 = 12.0;
 
 /// What the panel shows and sets.
 pub(super) struct Panel {
@@ -64,6 +67,7 @@ impl Panel {
         egui::Window::new("facetree")
             .default_pos([12.0, 12.0])
             .default_width(WIDTH)
+            .default_height(640.0)
             .resizable(false)
             .vscroll(true)
             .show(root.ctx(), |ui| {
@@ -131,7 +135,6 @@ fn counts(ui: &mut Ui, stats: &FrameStats) {
     let outside = format!("{} of {}", grouped(counts.instances_outside), grouped(counts.instances));
     table(
         ui,
-        "counts",
         &[
             ("instances out of sight", outside),
             ("nodes visited", grouped(counts.nodes_visited)),
@@ -153,7 +156,6 @@ fn times(ui: &mut Ui, stats: &FrameStats) {
     let ms = |time: f64| format!("{time:.2}");
     table(
         ui,
-        "times",
         &[
             ("cut", ms(times.cut)),
             ("upload", ms(times.upload)),
@@ -164,16 +166,16 @@ fn times(ui: &mut Ui, stats: &FrameStats) {
     );
 }
 
-fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
-    Grid::new(id).num_columns(2).min_col_width(112.0).spacing([6.0, 1.0]).show(ui, |ui| {
-        for (name, value) in rows {
-            ui.label(RichText::new(*name).small());
+fn table(ui: &mut Ui, rows: &[(&str, String)]) {
+    ui.spacing_mut().item_spacing.y = 0.0;
+    for (name, value) in rows {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(*name).size(SMALL));
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.label(RichText::new(value).small().monospace().strong());
+                ui.label(RichText::new(value).size(SMALL).monospace().strong());
             });
-            ui.end_row();
-        }
-    });
+        });
+    }
 }
 
 /// A number with its thousands set apart.

@@ -62,6 +62,8 @@ impl DataError {
     }
 }
 
+impl std::error::Error for DataError {}
+
 impl std::fmt::Display for DataError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
