@@ -6,9 +6,9 @@ use crate::{Error, Selection};
 use fcgeom::{Cone, Containment, Sphere};
 use fct::{Child, ChildRef, NodeRecord, Subtree, Tree};
 
-/// Subtrees of at most this many triangles become one batch: small enough to be hidden as a whole, large enough that
-/// an occlusion query costs less than it can save.
-const BATCH_TRIANGLES: u32 = 256;
+/// Subtrees of at most this many triangles become one batch: small enough to be hidden as a whole; who asks for fewer
+/// occlusion queries joins them further along the tree.
+const BATCH_TRIANGLES: u32 = 64;
 
 /// A triangle mesh for one selection; reuse it to keep its memory.
 #[derive(Debug, Default)]

@@ -12,8 +12,8 @@ pub struct Image {
     pub height: u32,
     /// `4 * width * height` bytes.
     pub rgba: Vec<u8>,
-    /// Depth of each pixel, where the picture has one sample a pixel and the options ask for it: the near
-    /// distance over the distance along the view axis, so 1 at the near plane and 0 where nothing was drawn.
+    /// Depth of each pixel, where the picture has one sample a pixel, the options ask for it and the adapter can
+    /// copy it (OpenGL cannot): the near distance over the distance along the view axis, so 1 at the near plane and 0 where nothing was drawn.
     pub depth: Option<Vec<f32>>,
 }
 

@@ -117,6 +117,12 @@ impl Gpu {
         self.device.limits()
     }
 
+    /// Whether depth can be read back; OpenGL cannot.
+    pub(crate) fn copies_depth(&self) -> bool {
+        let flags = self.adapter.get_downlevel_capabilities().flags;
+        flags.contains(wgpu::DownlevelFlags::DEPTH_TEXTURE_AND_BUFFER_COPIES)
+    }
+
     /// Waits until all submitted work is done.
     ///
     /// # Errors

@@ -9,9 +9,10 @@ pub(crate) fn picture(gpu: &Gpu, target: &Target) -> Result<Vec<u8>, Error> {
     texture(gpu, &target.picture, target.size, wgpu::TextureAspect::All)
 }
 
-/// Copies the depth out, where the target has one sample a pixel: near plane 1, nothing drawn 0.
+/// Copies the depth out, where the target has one sample a pixel and the adapter allows it: near plane 1, nothing
+/// drawn 0.
 pub(crate) fn depth(gpu: &Gpu, target: &Target) -> Result<Option<Vec<f32>>, Error> {
-    if target.samples > 1 {
+    if target.samples > 1 || !gpu.copies_depth() {
         return Ok(None);
     }
     let bytes = texture(gpu, &target.depth, target.size, wgpu::TextureAspect::DepthOnly)?;
