@@ -1,7 +1,7 @@
 //! Keeping the tree shallow: the most even connected cut there is.
 
 use super::DEPTH_LIMIT;
-use super::cluster::Side;
+use super::side::Side;
 use crate::mesh::NONE;
 
 /// True if a child of `faces` faces at `depth` can still be split down to single faces within [`DEPTH_LIMIT`].

@@ -1,19 +1,11 @@
 //! Splitting one connected cluster down to single faces, in place and in parallel.
 
 use super::hierarchy::Split;
+use super::side::Side;
 use super::{SplitMode, balance, growth};
 use crate::mesh::NONE;
 use fcgeom::{Eigen, FaceMoments, Moments, cca_axis, eigen};
 use glam::DVec3;
-
-/// The side of a cut that a face falls on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(super) enum Side {
-    Neither,
-    Left,
-    Right,
-}
 
 /// Faces of a cluster, each with what the split reads of it; adjacency counts from the cluster's first face.
 pub(super) struct Patch<'a> {

@@ -3,7 +3,7 @@
 //! # Paper
 //! [Tsuji07] 4.2: seeds by eq. 16, growth in steps 1 to 3.
 
-use super::cluster::Side;
+use super::side::Side;
 use crate::mesh::NONE;
 
 /// Cuts a connected cluster by the plane where `height` (the R of eq. 16) is zero.

@@ -13,6 +13,7 @@ mod balance;
 mod cluster;
 mod growth;
 mod hierarchy;
+mod side;
 mod top;
 
 pub use hierarchy::{Hierarchy, Split};

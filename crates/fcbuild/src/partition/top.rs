@@ -1,7 +1,8 @@
 //! The top of the tree: virtual nodes that join the components of a mesh.
 
-use super::cluster::{Job, Patch, Room, SERIAL_BELOW, Scratch, Shape, Side, split_down};
+use super::cluster::{Job, Patch, Room, SERIAL_BELOW, Scratch, Shape, split_down};
 use super::hierarchy::{Hierarchy, Split};
+use super::side::Side;
 use super::{SplitMode, balance};
 use crate::mesh::{Components, Mesh, NONE};
 use fcgeom::FaceMoments;
