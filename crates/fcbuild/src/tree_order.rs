@@ -82,20 +82,21 @@ impl TreeMesh {
             *low = (*low).min(new as u32);
         }
         let weld = old_name.iter().map(|&old| lowest[mesh.weld[old as usize] as usize]).collect();
-        let positions: Vec<Vec3> = old_name.iter().map(|&v| mesh.positions[v as usize]).collect();
+        let stored: Vec<Vec3> = old_name.iter().map(|&v| mesh.stored[v as usize]).collect();
+        // From the stored positions, as a reader sees them: a tiny face may be crooked in normal units.
         let face_normals = faces
             .par_iter()
             .map(|f| {
-                let [a, b, c] = f.map(|v: u32| positions[v as usize].as_dvec3());
+                let [a, b, c] = f.map(|v: u32| stored[v as usize].as_dvec3());
                 (b - a).cross(c - a).normalize_or_zero().as_vec3()
             })
             .collect();
         TreeMesh {
             units: mesh.units,
-            stored: old_name.iter().map(|&v| mesh.stored[v as usize]).collect(),
+            stored,
             normals: old_name.iter().map(|&v| mesh.normals[v as usize]).collect(),
             colors: mesh.colors.map(|colors| old_name.iter().map(|&v| colors[v as usize]).collect()),
-            positions,
+            positions: old_name.iter().map(|&v| mesh.positions[v as usize]).collect(),
             weld,
             faces,
             face_normals,

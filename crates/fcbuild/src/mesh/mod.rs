@@ -60,7 +60,7 @@ impl Mesh {
         if kept.is_empty() {
             return Err(Error::bad_input(
                 "FC290",
-                "no face is left after repair: every one had a corner twice",
+                "no face is left after repair: all were degenerate, with a corner twice",
             )
             .remedy("a welding distance larger than the model does that; try --weld exact"));
         }

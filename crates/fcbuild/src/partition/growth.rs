@@ -93,10 +93,10 @@ mod tests {
 
     #[test]
     fn a_pocket_out_of_reach_joins_the_side_it_touches() {
-        // The third face is above the plane but cut off from the top seed by the second.
+        // The third face is above the plane and the fourth below, each cut off from its seed by the other.
         let side = cut(&[-3.0, -0.5, 0.5, -1.0, 2.0, 4.0]);
         use Side::{Left, Right};
-        assert_eq!(side, Some(vec![Right, Right, Right, Right, Left, Left]));
+        assert_eq!(side, Some(vec![Right, Right, Right, Left, Left, Left]));
     }
 
     #[test]
