@@ -4,6 +4,7 @@ mod attributes;
 mod components;
 mod dual_graph;
 mod fans;
+mod orientation;
 mod units;
 mod weld;
 
@@ -73,6 +74,10 @@ impl Mesh {
         let attributes = Attributes::merge(&representative, normals, colors, &mut tally);
         drop(representative);
         let graph = DualGraph::of(&faces, positions.len(), &face_group);
+        if orientation::looks_inwards(&positions, &faces, &graph) {
+            let message = "the faces look inwards, so a viewer culls the outside; turn the winding around, or draw both sides";
+            tally.warn("FC293", 1, message);
+        }
         let copies = fans::split(&mut faces, &graph, positions.len());
         for &v in &copies {
             positions.push(positions[v as usize]);
