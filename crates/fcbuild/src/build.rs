@@ -83,6 +83,10 @@ impl Built {
     }
 }
 
+/// The most groups a file names, and the most bytes their names may take: they share its description of 1 MiB.
+const MAX_GROUPS: usize = 1 << 14;
+const MAX_GROUP_NAMES: usize = 1 << 19;
+
 /// Builds the tree of `soup` on the current rayon pool.
 ///
 /// # Errors
@@ -103,7 +107,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     let mut mesh = Mesh::from_soup(soup, options.weld)?;
     let components = Components::of(&mesh);
     let mut meta = describe(&mesh, &components, options);
-    let tally = std::mem::take(&mut mesh.tally);
+    let mut tally = std::mem::take(&mut mesh.tally);
     clock.lap(Phase::Mesh);
 
     let faces = mesh.faces.len() as u64;
@@ -117,7 +121,13 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     clock.lap(Phase::Partition);
 
     tell(Phase::Boundaries, 0);
-    let (groups, group_names) = group_records(&mesh, &hierarchy);
+    let (mut groups, mut group_names) = group_records(&mesh, &hierarchy);
+    if group_names.len() > MAX_GROUPS || group_names.iter().map(String::len).sum::<usize>() > MAX_GROUP_NAMES
+    {
+        let n = group_names.len() as u64;
+        tally.warn("FC294", n, "these are more groups than a file keeps the names of; the tree has none");
+        (groups, group_names) = (Vec::new(), Vec::new());
+    }
     meta.group_names = group_names;
     let component = component_of_faces(&components, &hierarchy);
     let component_count = components.len();

@@ -4,6 +4,7 @@ use crate::arcs::activity::Activity;
 use crate::arcs::loops::{LAST, Loops};
 use crate::bounds::{BoundingPolygon, Measured, NodeBounds};
 use crate::error::Error;
+use crate::mesh::units::too_large;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use fcgeom::{Sphere, round_up};
@@ -31,6 +32,9 @@ pub(crate) struct Records {
 /// can never refine the node and leave the vertex out.
 const EAGER: f64 = 1.0 + 1.0 / (1 << 20) as f64;
 
+/// What a coordinate may lose by underflow in normal units: spheres must hold the stored positions all the same.
+const UNDERFLOW: f64 = 4.0 * f32::from_bits(1) as f64;
+
 /// Lengths from normal units to the input's unit.
 struct Scale(f64);
 
@@ -44,7 +48,7 @@ impl Scale {
     }
 
     fn sphere(&self, s: &Sphere, factor: f64) -> ([F32; 3], F32) {
-        (self.exact(s.center), self.up(f64::from(s.radius) * factor))
+        (self.exact(s.center), self.up(f64::from(s.radius) * factor + UNDERFLOW))
     }
 }
 
@@ -66,8 +70,7 @@ impl Records {
         if bounds.iter().any(|b| !scale.up(f64::from(b.sphere.radius) * EAGER).get().is_finite())
             || splits.iter().any(|s| !square(s).is_finite())
         {
-            return Err(Error::bad_input("FC292", "the model is too large for single precision")
-                .remedy("scale it down before building"));
+            return Err(too_large());
         }
         let nodes = node_records(&scale, mesh.faces.len(), splits, &loops, bounds);
         let polygons = measured

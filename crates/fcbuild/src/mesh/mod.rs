@@ -5,7 +5,7 @@ mod components;
 mod dual_graph;
 mod fans;
 mod orientation;
-mod units;
+pub(crate) mod units;
 mod weld;
 
 pub use components::Components;
@@ -55,7 +55,7 @@ impl Mesh {
     /// Bad input when no face is left.
     pub fn from_soup(soup: Soup, weld: Weld) -> Result<Mesh, Error> {
         let Soup { positions, triangles, normals, colors, groups, mut tally } = soup;
-        let (units, mut stored, mut positions) = Units::normalise(positions, &triangles);
+        let (units, mut stored, mut positions) = Units::normalise(positions, &triangles)?;
         let representative = weld::weld(&stored, weld);
         let kept = weld::keep_faces(&triangles, &representative, &mut tally);
         if kept.is_empty() {

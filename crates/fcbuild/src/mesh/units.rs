@@ -1,5 +1,6 @@
 //! The unit of length that the builder works in.
 
+use crate::error::Error;
 use crate::import::Positions;
 use glam::{DVec3, Vec3};
 
@@ -20,7 +21,13 @@ impl Units {
     ///
     /// What no triangle uses and is not finite becomes zero. A coordinate 2^126 times smaller than the box loses digits
     /// in normal units; that is why the stored ones are kept beside them.
-    pub fn normalise(positions: Positions, triangles: &[[u32; 3]]) -> (Units, Vec<Vec3>, Vec<Vec3>) {
+    ///
+    /// # Errors
+    /// Bad input when single precision cannot hold the model: it is too large, or so small that digits are lost.
+    pub fn normalise(
+        positions: Positions,
+        triangles: &[[u32; 3]],
+    ) -> Result<(Units, Vec<Vec3>, Vec<Vec3>), Error> {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for &v in triangles.iter().flatten() {
             if let Some(p) = positions.get(v as usize) {
@@ -36,7 +43,19 @@ impl Units {
             // Rounded to single precision, so that the sum of origin and position is short in decimal.
             Positions::F64(_) => ((low + high) * 0.5).as_vec3().as_dvec3(),
         };
-        let exponent = binary_exponent((high - low).max_element());
+        let size = (high - low).max_element();
+        let reach = (low - origin).abs().max((high - origin).abs()).max_element();
+        if reach > f64::from(f32::MAX) {
+            return Err(too_large());
+        }
+        if size > 0.0 && size < SMALLEST {
+            return Err(Error::bad_input(
+                "FC292",
+                format!("the model is {size:e} wide, too small for single precision"),
+            )
+            .remedy("scale it up before building"));
+        }
+        let exponent = binary_exponent(size);
         let units = Units { exponent, origin };
         let factor = power_of_two(-exponent);
         let finite = |p: Vec3| if p.is_finite() { p } else { Vec3::ZERO };
@@ -45,13 +64,23 @@ impl Units {
             Positions::F64(v) => v.into_iter().map(|p| finite((DVec3::from(p) - origin).as_vec3())).collect(),
         };
         let normal = stored.iter().map(|p| (p.as_dvec3() * factor).as_vec3()).collect();
-        (units, stored, normal)
+        Ok((units, stored, normal))
     }
 
     /// Length of one normal unit in the input's unit: a power of two.
     pub fn length(&self) -> f64 {
         power_of_two(self.exponent)
     }
+}
+
+/// A model this wide still has all 24 bits of a coordinate's digits above the subnormal numbers, in a box a few times
+/// larger than itself.
+const SMALLEST: f64 = 1e-30;
+
+/// The error for lengths, or squares of lengths, beyond single precision.
+pub(crate) fn too_large() -> Error {
+    Error::bad_input("FC292", "the model is too large for single precision")
+        .remedy("scale it down before building")
 }
 
 /// The exponent e with 2^e <= x < 2^(e+1); 0 for zero and for what is not finite.
@@ -81,7 +110,7 @@ mod tests {
     fn single_precision_is_stored_as_it_is() {
         let points =
             vec![[1.0e-3_f32, -7.25, 3.0e5], [0.1, 0.2, 0.3], [f32::NAN, 0.0, 0.0], [5.0, 6.0, -2.0e5]];
-        let (units, stored, normal) = Units::normalise(Positions::F32(points.clone()), &[[0, 1, 3]]);
+        let (units, stored, normal) = Units::normalise(Positions::F32(points.clone()), &[[0, 1, 3]]).unwrap();
         for ((p, s), n) in points.iter().zip(&stored).zip(&normal).filter(|((p, _), _)| p[0].is_finite()) {
             assert_eq!(*s, Vec3::from(*p));
             assert_eq!((n.as_dvec3() * units.length()).as_vec3(), *s);
@@ -95,10 +124,22 @@ mod tests {
             [500_000.002, 4_000_000.0, 0.0],
             [500_010.0, 4_000_010.0, 1.0],
         ];
-        let (units, stored, _) = Units::normalise(Positions::F64(points.clone()), &[[0, 1, 2]]);
+        let (units, stored, _) = Units::normalise(Positions::F64(points.clone()), &[[0, 1, 2]]).unwrap();
         for (p, s) in points.iter().zip(&stored) {
             let back = s.as_dvec3() + units.origin;
             assert!((back - DVec3::from(*p)).length() < 1e-5, "{back}");
+        }
+    }
+
+    #[test]
+    fn what_single_precision_cannot_hold_is_refused() {
+        let wide = |x: f64| Positions::F64(vec![[0.0; 3], [x, 0.0, 0.0], [0.0, x, 0.0]]);
+        for x in [1e308, 1e300, 7e38, 1e-31, 1e-40] {
+            let error = Units::normalise(wide(x), &[[0, 1, 2]]).unwrap_err();
+            assert_eq!(error.code(), "FC292", "{x:e}");
+        }
+        for x in [6e38, 1.0, 1e-29] {
+            assert!(Units::normalise(wide(x), &[[0, 1, 2]]).is_ok(), "{x:e}");
         }
     }
 }

@@ -39,16 +39,18 @@ fn weld_within(positions: &[Vec3], distance: f64) -> Vec<u32> {
     if distance.is_nan() || distance <= 0.0 {
         return weld_exact(positions);
     }
-    let cell = |p: Vec3| (p.as_dvec3() / distance).floor().to_array().map(|x| x as i64);
-    let hashed = |c: [i64; 3]| c.map(|x| (x as u64 ^ ((x as u64) >> 32)) as u32);
+    // Cells are counted in doubles: so far out that a neighbour's number is the same, single-precision positions are
+    // farther apart than the distance, unless they are equal and so in the same cell.
+    let cell = |p: Vec3| (p.as_dvec3() / distance).floor().to_array().map(|x| x.clamp(-f64::MAX, f64::MAX));
+    let hashed = |c: [f64; 3]| c.map(|x| ((x + 0.0).to_bits() ^ ((x + 0.0).to_bits() >> 32)) as u32);
     let mut table = CellTable::for_items(positions.len());
     let mut next_in_cell: Vec<u32> = vec![u32::MAX; positions.len()];
     let mut representative: Vec<u32> = Vec::with_capacity(positions.len());
     for (i, &p) in positions.iter().enumerate() {
         let home = cell(p);
         let mut best = i as u32;
-        for n in 0..27_i64 {
-            let near = [home[0] + n % 3 - 1, home[1] + n / 3 % 3 - 1, home[2] + n / 9 - 1];
+        for n in 0..27 {
+            let near = [0, 1, 2].map(|axis| home[axis] + f64::from(n / [1, 3, 9][axis] % 3 - 1));
             let slot = table.slot(hashed(near), |other| cell(positions[other as usize]) == near);
             let mut candidate = table.get(slot);
             while candidate != u32::MAX {
@@ -202,6 +204,14 @@ mod tests {
                 naive.push(first.unwrap_or(i) as u32);
             }
             assert_eq!(weld_within(&points, distance), naive, "{distance}");
+        }
+    }
+
+    #[test]
+    fn a_distance_far_below_the_coordinates_welds_what_is_equal() {
+        let points = [Vec3::splat(1e20), Vec3::splat(-3e37), Vec3::splat(1e20), Vec3::new(1e20, 1e20, 2e20)];
+        for distance in [1e-300, 1e-20, 0.3] {
+            assert_eq!(weld_within(&points, distance), [0, 1, 0, 3]);
         }
     }
 

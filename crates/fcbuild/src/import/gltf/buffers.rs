@@ -71,13 +71,14 @@ impl<'a> Buffers<'a> {
         }
         let file = self.locate(uri)?;
         let failed = |e: &std::io::Error| Error::io("FC401", &file, "cannot open the buffer", e);
-        let mut open = std::fs::File::open(&file).map_err(|e| failed(&e))?;
-        let meta = open.metadata().map_err(|e| failed(&e))?;
+        // Before it is opened: opening a pipe would wait for somebody to write into it.
+        let meta = std::fs::metadata(&file).map_err(|e| failed(&e))?;
         if !meta.is_file() {
             return Err(Error::new(ErrorKind::Io, "FC402", "is no regular file")
                 .in_file(&file)
                 .remedy("export the file again"));
         }
+        let mut open = std::fs::File::open(&file).map_err(|e| failed(&e))?;
         let mut bytes = Vec::new();
         let size = meta.len().min(declared);
         reserve(&mut bytes, size, "bytes of a buffer")?;
