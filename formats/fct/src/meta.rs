@@ -51,9 +51,10 @@ impl Meta {
     pub(crate) fn encode(&self) -> Result<Vec<u8>, String> {
         let bytes = bincode::serde::encode_to_vec(self, config::standard())
             .map_err(|e| format!("the description cannot be encoded: {e}"))?;
-        if bytes.len() > MAX_META_LEN {
+        // By reading it back: the decoder charges more for many short strings than they take.
+        if bytes.len() > MAX_META_LEN || Self::decode(&bytes).is_err() {
             return Err(format!(
-                "the description (file names, group names, dropped faces) takes {} bytes",
+                "the description (file names, group names, dropped faces) takes {} bytes, more than a reader accepts",
                 bytes.len()
             ));
         }
@@ -67,6 +68,9 @@ impl Meta {
             .map_err(|e| broken(format!("its {} bytes cannot be decoded: {e}", bytes.len())))?;
         if used != bytes.len() {
             return Err(broken(format!("{} of its {} bytes were used", used, bytes.len())));
+        }
+        if meta.origin.iter().any(|x| !x.is_finite()) {
+            return Err(broken(format!("the origin is {:?}", meta.origin)));
         }
         Ok(meta)
     }
@@ -115,5 +119,13 @@ mod tests {
     fn refuses_to_write_what_no_reader_would_take() {
         let meta = Meta { source: "x".repeat(MAX_META_LEN), ..Meta::default() };
         assert!(meta.encode().is_err());
+    }
+
+    #[test]
+    fn what_a_reader_would_refuse_is_not_written() {
+        let many = Meta { group_names: vec!["a group".to_owned(); 100_000], ..sample() };
+        assert!(many.encode().is_err());
+        let nowhere = Meta { origin: [0.0, f64::NAN, 0.0], ..sample() };
+        assert!(nowhere.encode().is_err());
     }
 }

@@ -133,6 +133,8 @@ rules! {
         "rebuild the file with fcbuild";
     PolygonHolds, "FC764", "bounding-polygon-holds", "a cluster lies inside its bounding polygon",
         "rebuild the file with fcbuild";
+    VertexActive, "FC765", "vertex-active", "the corners of a face are active wherever the node above it is refined",
+        "rebuild the file with fcbuild";
 }
 
 #[cfg(test)]

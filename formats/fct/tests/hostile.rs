@@ -410,6 +410,15 @@ const BREAKS: &[(Rule, &[Break])] = &[
             Data(|s| s.bounding_polygons[0].tangent = fct::pack([-1.0, 0.0, 0.0])),
         ],
     ),
+    (
+        Rule::VertexActive,
+        &[
+            Data(|s| s.vertices[0].bound = 0.0.into()),
+            Data(|s| s.vertices[1].budget = 0.5.into()),
+            Data(|s| s.vertices[0].radius = 0.01.into()),
+            Data(|s| s.vertices[0].center = fct::pack([1e6, 0.0, 0.0])),
+        ],
+    ),
 ];
 
 #[test]

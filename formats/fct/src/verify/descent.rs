@@ -14,7 +14,7 @@ use super::attached::Groups;
 use super::boundary::{self, Covered};
 use super::cones::Cones;
 use super::polygons::Polygons;
-use super::{spheres, values};
+use super::{activity, spheres, values};
 
 /// What the walk found out about the whole.
 pub(crate) struct Found {
@@ -166,7 +166,9 @@ impl<'a> Walk<'a> {
             self.meet_vertex(index, corner)?;
         }
         if let Some(parent) = parent {
-            spheres::check_face(self.node(parent)?, index, corners, self.vertices)?;
+            let parent = self.node(parent)?;
+            spheres::check_face(parent, index, corners, self.vertices)?;
+            activity::check_face(parent, index, corners, self.vertices)?;
         }
         self.boundary_sum = self.boundary_sum.wrapping_add(boundary::face_number(corners));
         Ok(())

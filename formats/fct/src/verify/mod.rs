@@ -4,6 +4,7 @@
 //! in which nodes, faces, loops, bounding polygons and groups are all met in file order.
 //! The checks use arithmetic of their own, not the builder's, so that both must be wrong for a mistake to pass.
 
+mod activity;
 mod attached;
 mod boundary;
 mod bytes;

@@ -150,13 +150,16 @@ impl Sample {
             colors: None,
             groups: Vec::new(),
         };
+        // As eager as the root and as wide as all nodes, whose spheres share a centre.
+        let center = bound(&mesh.positions, |a, b| (a + b) / 2.0);
+        let farthest = mesh.positions.iter().map(|p| distance(*p, center)).fold(0.0, f64::max);
         for position in &mesh.positions {
             sample.vertices.push(VertexRecord {
                 position: pack(*position),
-                bound: F32::new(1.0),
-                budget: F32::new(1.0),
-                center: pack(*position),
-                radius: F32::new(1.0),
+                bound: F32::new(face_count as f32),
+                budget: F32::new(face_count as f32),
+                center: pack(center),
+                radius: F32::new(2.0 * farthest as f32),
             });
         }
         sample.add_subtree(mesh, 0, face_count, split, 0);
