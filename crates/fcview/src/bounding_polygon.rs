@@ -15,7 +15,7 @@ use glam::{DVec3, DVec4};
 const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// The cosines and sines of k times 45 degrees.
-const DIRECTIONS: [[f64; 2]; 8] = [
+pub(crate) const DIRECTIONS: [[f64; 2]; 8] = [
     [1.0, 0.0],
     [DIAGONAL, DIAGONAL],
     [0.0, 1.0],
@@ -30,7 +30,7 @@ const DIRECTIONS: [[f64; 2]; 8] = [
 ///
 /// Rasterisers snap corners to a grid of at worst 1/16 pixel (4 bits; most have 8), so the cluster's corners and the
 /// polygon's are each off by at most half of that. More is safe too, but hides less.
-const MARGIN_PIXELS: f64 = 1.0 / 16.0;
+pub(crate) const MARGIN_PIXELS: f64 = 1.0 / 16.0;
 
 /// The same, relative to the cluster's size, for rounding in the stored records.
 const MARGIN_SIZE: f64 = 1e-4;
@@ -133,7 +133,7 @@ impl Prism {
 }
 
 /// The corners of the octagon with the given supports: where neighbouring edges meet.
-fn corners(support: &[f64; 8]) -> [[f64; 2]; 8] {
+pub(crate) fn corners(support: &[f64; 8]) -> [[f64; 2]; 8] {
     let mut corners = [[0.0; 2]; 8];
     let next = support.iter().zip(DIRECTIONS).cycle().skip(1);
     for (((corner, a), [ca, sa]), (b, [cb, sb])) in corners.iter_mut().zip(support).zip(DIRECTIONS).zip(next)

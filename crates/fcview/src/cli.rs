@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// What `--help` shows below the flags.
 const EXAMPLES: &str = "\
 Examples:
-  Look around; drag to turn, wheel to zoom, F to fit:
+  Look around:
     fcview dragon.fct
   A hundred copies, errors of up to two pixels:
     fcview bunny.fct --instances 100 --pixels 2
@@ -17,6 +17,8 @@ Examples:
   Measure a flight through twenty copies:
     fcview dragon.fct --headless --instances 20 --camera fly --frames 60 --stats stats.json
 
+In the window: drag to turn, drag with Shift or the right button to pan, wheel to zoom, F to fit,
+P to save a picture, Q or Esc to quit.
 WGPU_BACKEND (vulkan, gl, metal, dx12) and WGPU_ADAPTER_NAME choose the graphics adapter.
 Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 6 no GPU or display, 7 invalid .fct.";
 
@@ -27,8 +29,9 @@ pub struct Cli {
     /// Files to draw, made by fcbuild
     #[arg(required = true, value_name = "FILE.fct")]
     pub files: Vec<PathBuf>,
-    /// Copies of the models, in turn, placed and turned at random [default: one of each file]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(..=i64::from(MAX_INSTANCES)))]
+    /// Copies of the files, in turn, placed and turned at random, at least one of each [default: one of each, where
+    /// its coordinates put it]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_INSTANCES)))]
     pub instances: Option<u32>,
     /// Seed of the random places
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -72,10 +75,11 @@ pub struct Cli {
     /// Frames, spread evenly over one round of the camera
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "headless")]
     pub frames: u32,
-    /// Write a PNG picture of the last frame; of each frame, if the name holds an n in braces for its number
+    /// Write a PNG picture of the last frame, or of each frame, if the name holds an n in braces for its
+    /// number; existing pictures are replaced
     #[arg(long, value_name = "OUT.png", requires = "headless")]
     pub screenshot: Option<PathBuf>,
-    /// Write counts and times of all frames
+    /// Write counts and times of all frames; an existing file is replaced
     #[arg(long, value_name = "OUT.json", requires = "headless")]
     pub stats: Option<PathBuf>,
 }
@@ -108,9 +112,10 @@ pub enum CameraFlag {
 }
 
 impl Cli {
-    /// The instances to place: one of each file where the flag is not given.
-    pub fn instance_count(&self) -> u32 {
-        self.instances.unwrap_or(u32::try_from(self.files.len()).unwrap_or(MAX_INSTANCES))
+    /// The copies to place at random, at least one of each file; `None` where each file stands as it is.
+    pub fn copies(&self) -> Option<u32> {
+        let files = u32::try_from(self.files.len()).unwrap_or(MAX_INSTANCES);
+        self.instances.map(|count| count.max(files))
     }
 
     /// Vertical field of view, radians.
@@ -194,7 +199,7 @@ mod tests {
         )
         .unwrap();
         assert_eq!(cli.files.len(), 2);
-        assert_eq!((cli.instance_count(), cli.seed, cli.frames), (7, 9, 3));
+        assert_eq!((cli.copies(), cli.seed, cli.frames), (Some(7), 9, 3));
         assert!((cli.field_of_view() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         let expected = FrameOptions {
             size: [64, 48],
@@ -209,7 +214,8 @@ mod tests {
             ..FrameOptions::default()
         };
         assert_eq!(cli.frame_options(), expected);
-        assert_eq!(parse("a.fct b.fct").unwrap().instance_count(), 2);
+        assert_eq!(parse("a.fct b.fct").unwrap().copies(), None);
+        assert_eq!(parse("a.fct b.fct --instances 1").unwrap().copies(), Some(2));
         assert_eq!(parse("a.fct --pixels 2.5").unwrap().frame_options().detail, Detail::Pixels(2.5));
     }
 
@@ -227,6 +233,7 @@ mod tests {
             "a.fct --samples 3",
             "a.fct --instances 1000001",
             "a.fct --instances -1",
+            "a.fct --instances 0",
             "a.fct --headless --frames 0",
             "a.fct --screenshot x.png",
             "a.fct --occlusion maybe",

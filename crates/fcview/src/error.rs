@@ -14,12 +14,30 @@ pub enum Error {
         /// The backends that were asked, comma separated.
         backends: String,
     },
+    /// `WGPU_BACKEND` allows only backends on which no adapter answers.
+    #[error(
+        "no graphics adapter found: WGPU_BACKEND is `{wanted}` and allows only: {backends}; unset it to try all that \
+         this program was built with ({built}), or install a driver: on Debian and Ubuntu \
+         `apt-get install mesa-vulkan-drivers libvulkan1`"
+    )]
+    NoAdapterOnBackend {
+        /// What the variable says.
+        wanted: String,
+        /// The backends that were asked, comma separated, or `none`.
+        backends: String,
+        /// The backends of this program, comma separated.
+        built: String,
+    },
     /// `WGPU_ADAPTER_NAME` names no adapter of this machine.
-    #[error("no graphics adapter's name contains `{wanted}` (WGPU_ADAPTER_NAME); found: {found}")]
+    #[error(
+        "no graphics adapter's name contains `{wanted}` (WGPU_ADAPTER_NAME); found: {}; give a part of one of these \
+         names, or unset the variable",
+        distinct(found)
+    )]
     NoSuchAdapter {
         /// The text looked for.
         wanted: String,
-        /// The names of the adapters that exist.
+        /// The names of the adapters that exist, comma separated; one may stand there for each of its backends.
         found: String,
     },
     /// The adapter lacks something that drawing needs.
@@ -96,7 +114,39 @@ pub enum Error {
         /// Which number, and why.
         reason: &'static str,
     },
-    /// A file could not be written or a folder could not be made.
+    /// An output is another file of the command line.
+    #[error("{}: the output is {other}; give the output another name", path.display())]
+    SameFile {
+        /// The output.
+        path: PathBuf,
+        /// What it is besides.
+        other: &'static str,
+    },
+    /// An output's name says something else than what is written.
+    #[error("{}: {reason}", path.display())]
+    Output {
+        /// The output.
+        path: PathBuf,
+        /// What is wrong with it, and what to do.
+        reason: &'static str,
+    },
+    /// The folder of an output is not there.
+    #[error("{}: cannot use the folder {}: {source}; make it first, or name another one", path.display(), folder.display())]
+    Folder {
+        /// The output.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// The output is a directory, a pipe or a device.
+    #[error("{}: the output is no regular file; give the path of a file", path.display())]
+    NotAFile {
+        /// The output.
+        path: PathBuf,
+    },
+    /// A file could not be written.
     #[error("{}: cannot write: {source}", path.display())]
     Write {
         /// The file.
@@ -116,7 +166,7 @@ pub enum Error {
     #[error(transparent)]
     Fct(#[from] fct::Error),
     /// A tree could not be cut.
-    #[error("{model}: {source}")]
+    #[error("{}", cut_refused(model, source))]
     Extract {
         /// The model's name.
         model: String,
@@ -125,12 +175,64 @@ pub enum Error {
     },
 }
 
+/// A damaged tree's error names the file itself.
+fn cut_refused(model: &str, source: &fcextract::Error) -> String {
+    match source {
+        fcextract::Error::Tree(error) => error.to_string(),
+        other => format!("{model}: {other}"),
+    }
+}
+
+/// A comma-separated list without what stands there twice; a comma in parentheses belongs to a name.
+fn distinct(list: &str) -> String {
+    let mut depth = 0_u32;
+    let names = list.split(|c: char| {
+        match c {
+            '(' => depth = depth.saturating_add(1),
+            ')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        c == ',' && depth == 0
+    });
+    let mut kept: Vec<&str> = Vec::new();
+    for name in names.map(str::trim) {
+        if !kept.contains(&name) {
+            kept.push(name);
+        }
+    }
+    kept.join(", ")
+}
+
+/// The names of the backends of a set that this program was built with, comma separated, or `none`.
+pub(crate) fn built_backends(set: wgpu::Backends) -> String {
+    let built = wgpu::Instance::enabled_backend_features() & set;
+    let names: Vec<&str> = wgpu::Backend::ALL
+        .into_iter()
+        .filter(|backend| built.contains(wgpu::Backends::from(*backend)))
+        .map(wgpu::Backend::to_str)
+        .collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
 impl Error {
+    /// Where no adapter was found and `WGPU_BACKEND` is set: says so.
+    pub(crate) fn with_backends_asked_for(self) -> Error {
+        match (self, std::env::var_os("WGPU_BACKEND")) {
+            (Error::NoAdapter { backends }, Some(wanted)) => {
+                let wanted = wanted.to_string_lossy().into_owned();
+                let built = built_backends(wgpu::Backends::all());
+                Error::NoAdapterOnBackend { wanted, backends, built }
+            }
+            (error, _) => error,
+        }
+    }
+
     /// The process's exit code for this error: 1 our bug, 2 usage, 4 input or output, 5 a limit, 6 no GPU or
     /// display, 7 an invalid .fct file.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::NoAdapter { .. }
+            | Error::NoAdapterOnBackend { .. }
             | Error::NoSuchAdapter { .. }
             | Error::Unsuitable { .. }
             | Error::NoDevice { .. }
@@ -139,21 +241,30 @@ impl Error {
             | Error::Timeout { .. }
             | Error::NoWindow { .. } => 6,
             Error::PictureSize { .. } | Error::BufferSize { .. } => 5,
-            Error::Camera { .. } => 2,
-            Error::Write { .. } | Error::Png { .. } => 4,
-            Error::Fct(error) => error.exit_code(),
-            Error::Extract { .. } => 7,
+            Error::Camera { .. } | Error::SameFile { .. } | Error::Output { .. } => 2,
+            Error::Write { .. } | Error::Png { .. } | Error::Folder { .. } | Error::NotAFile { .. } => 4,
+            Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => {
+                error.exit_code()
+            }
+            Error::Extract { source: fcextract::Error::Selection(_), .. } => 2,
+            Error::Extract { source: fcextract::Error::TooManyTriangles, .. } => 5,
         }
     }
 
     /// The stable code that stands in front of the message, such as `FC601`.
     pub fn code(&self) -> &'static str {
         match self {
+            Error::SameFile { .. } => "FC101",
             Error::Camera { .. } => "FC221",
+            Error::Output { .. } => "FC222",
+            Error::Extract { source: fcextract::Error::Selection(_), .. } => "FC223",
             Error::Write { .. } => "FC421",
             Error::Png { .. } => "FC422",
+            Error::Folder { .. } => "FC423",
+            Error::NotAFile { .. } => "FC473",
             Error::PictureSize { .. } => "FC521",
             Error::BufferSize { .. } => "FC522",
+            Error::Extract { source: fcextract::Error::TooManyTriangles, .. } => "FC523",
             Error::NoAdapter { .. } => "FC601",
             Error::NoSuchAdapter { .. } => "FC602",
             Error::Unsuitable { .. } => "FC603",
@@ -162,8 +273,28 @@ impl Error {
             Error::Device { .. } => "FC606",
             Error::Timeout { .. } => "FC607",
             Error::NoWindow { .. } => "FC608",
-            Error::Extract { .. } => "FC721",
-            Error::Fct(error) => error.code(),
+            Error::NoAdapterOnBackend { .. } => "FC609",
+            Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => error.code(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_adapters_stand_there_once() {
+        let found = "llvmpipe (LLVM 19, 256 bits), Card X, llvmpipe (LLVM 19, 256 bits)";
+        assert_eq!(distinct(found), "llvmpipe (LLVM 19, 256 bits), Card X");
+        assert_eq!(distinct(""), "");
+    }
+
+    #[test]
+    fn a_damaged_tree_keeps_its_code_and_names_its_file_once() {
+        let tree = || fct::Error::NotAFile { path: PathBuf::from("a.fct") };
+        let error = Error::Extract { model: "a.fct".to_owned(), source: fcextract::Error::Tree(tree()) };
+        assert_eq!((error.code(), error.exit_code()), (tree().code(), tree().exit_code()));
+        assert_eq!(error.to_string(), tree().to_string());
     }
 }

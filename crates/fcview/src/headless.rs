@@ -1,7 +1,9 @@
 //! Drawing without a window: pictures and a stats document.
 
+pub(crate) mod outputs;
+
 use crate::camera::Camera;
-use crate::cli::{CameraFlag, Cli, OcclusionFlag};
+use crate::cli::{CameraFlag, Cli, ColorFlag, OcclusionFlag};
 use crate::orbit::{Orbit, fly};
 use crate::scene::{Model, Scene};
 use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, median_total};
@@ -24,13 +26,16 @@ pub struct Outcome {
     pub software: bool,
 }
 
-/// Opens the files of a command line and places their copies.
+/// Opens the files of a command line and places them: where their coordinates put them, or copies at random.
 ///
 /// # Errors
 /// What [`fct::Tree::open`] says about the first file that cannot be opened.
 pub fn open_scene(cli: &Cli) -> Result<Scene, Error> {
     let models = cli.files.iter().map(|path| Model::open(path)).collect::<Result<Vec<_>, _>>()?;
-    Ok(Scene::placed(models, cli.instance_count(), cli.seed))
+    Ok(match cli.copies() {
+        None => Scene::standing(models),
+        Some(count) => Scene::placed(models, count, cli.seed),
+    })
 }
 
 /// Draws the frames of a command line and writes what it asks for.
@@ -39,8 +44,9 @@ pub fn open_scene(cli: &Cli) -> Result<Scene, Error> {
 /// Any [`Error`]; a lost device is rebuilt up to three times first.
 pub fn run(cli: &Cli) -> Result<Outcome, Error> {
     let start = Instant::now();
+    outputs::check(cli)?;
     let scene = open_scene(cli)?;
-    let mut renderer = Renderer::new(Gpu::headless()?, &scene)?;
+    let mut renderer = Renderer::new(gpu()?, &scene)?;
     let software = renderer.gpu().is_software();
     let options = cli.frame_options();
     let adapter = AdapterStats::from(renderer.gpu().info());
@@ -57,14 +63,14 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
                 Ok(stats) => break stats,
                 Err(Error::DeviceLost { .. }) if rebuilds < REBUILDS => {
                     rebuilds += 1;
-                    renderer = Renderer::new(Gpu::headless()?, &scene)?;
+                    renderer = Renderer::new(gpu()?, &scene)?;
                 }
                 Err(error) => return Err(error),
             }
         };
         stats.frame = frame;
         frames.push(stats);
-        if let Some(name) = screenshot_name(cli, frame) {
+        if let Some(name) = outputs::picture_name(cli, frame) {
             renderer.image(false)?.write_png(&name)?;
             written.push(name);
         }
@@ -75,7 +81,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
         generator: concat!("fcview ", env!("CARGO_PKG_VERSION")).to_owned(),
         adapter,
         models: scene.models.iter().map(model_stats).collect(),
-        settings: settings(cli),
+        settings: settings(cli, &scene),
         milliseconds_setup,
         milliseconds_median: median_total(&frames),
         frames,
@@ -122,14 +128,14 @@ impl CameraPath {
     }
 }
 
-/// The file for a frame's picture, if it gets one.
-fn screenshot_name(cli: &Cli, frame: u32) -> Option<PathBuf> {
-    let name = cli.screenshot.as_ref()?;
-    match name.to_str() {
-        Some(text) if text.contains("{n}") => Some(PathBuf::from(text.replace("{n}", &frame.to_string()))),
-        // Names that are not Unicode hold no placeholder.
-        _ => (frame + 1 == cli.frames).then(|| name.clone()),
-    }
+/// What to tell a user whose machine has only a software adapter.
+pub fn software_warning(adapter: &str) -> String {
+    format!("no graphics card; {adapter} draws on the CPU, slowly")
+}
+
+/// A device without a display; where there is none, the error says whether the environment is why.
+fn gpu() -> Result<Gpu, Error> {
+    Gpu::headless().map_err(Error::with_backends_asked_for)
 }
 
 fn model_stats(model: &Model) -> ModelStats {
@@ -140,7 +146,7 @@ fn model_stats(model: &Model) -> ModelStats {
     }
 }
 
-fn settings(cli: &Cli) -> SettingStats {
+fn settings(cli: &Cli, scene: &Scene) -> SettingStats {
     SettingStats {
         size: cli.size,
         samples: cli.samples,
@@ -148,10 +154,21 @@ fn settings(cli: &Cli) -> SettingStats {
         lod: !cli.no_lod,
         frustum: !cli.no_frustum,
         backface: !cli.no_backface && !cli.two_sided,
+        two_sided: cli.two_sided,
         occlusion: match cli.occlusion {
             OcclusionFlag::Exact => "exact",
             OcclusionFlag::Off => "off",
         },
+        color: match cli.color {
+            ColorFlag::Shaded => "shaded",
+            ColorFlag::Clusters => "clusters",
+        },
+        camera: match cli.camera {
+            CameraFlag::Orbit => "orbit",
+            CameraFlag::Fly => "fly",
+        },
+        frames: cli.frames,
+        instances: scene.instances.len() as u64,
         seed: cli.seed,
         fov: cli.fov,
     }
@@ -161,5 +178,5 @@ fn write_json(path: &Path, stats: &RunStats) -> Result<(), Error> {
     let failed = |source| Error::Write { path: path.to_path_buf(), source };
     let mut text = serde_json::to_string_pretty(stats).map_err(|error| failed(error.into()))?;
     text.push('\n');
-    std::fs::write(path, text).map_err(failed)
+    outputs::replace(path, |out| out.write_all(text.as_bytes())).map_err(failed)
 }

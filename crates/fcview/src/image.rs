@@ -1,6 +1,7 @@
 //! A picture in memory, and as a PNG file.
 
 use crate::Error;
+use crate::headless::outputs;
 use std::path::Path;
 
 /// A picture: rows from the top, 8-bit RGBA in sRGB.
@@ -27,20 +28,24 @@ impl Image {
         Some(mine.iter().zip(theirs).filter(|(a, b)| a != b).count())
     }
 
-    /// Writes the picture as PNG, replacing what is there.
+    /// Writes the picture as PNG, replacing what is there at once and as a whole.
     ///
     /// # Errors
     /// [`Error::Write`] or [`Error::Png`], both of exit code 4.
     pub fn write_png(&self, path: &Path) -> Result<(), Error> {
-        let file = std::fs::File::create(path)
-            .map_err(|source| Error::Write { path: path.to_path_buf(), source })?;
-        let mut encoder = png::Encoder::new(std::io::BufWriter::new(file), self.width, self.height);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let encode = |source| Error::Png { path: path.to_path_buf(), source };
-        let mut writer = encoder.write_header().map_err(encode)?;
-        writer.write_image_data(&self.rgba).map_err(encode)?;
-        writer.finish().map_err(encode)
+        let encoded = outputs::replace(path, |out| {
+            let mut encoder = png::Encoder::new(out, self.width, self.height);
+            encoder.set_color(png::ColorType::Rgba);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&self.rgba)?;
+            writer.finish()
+        });
+        encoded.map_err(|error| match error {
+            // What the system says about the file comes through the encoder too.
+            png::EncodingError::IoError(source) => Error::Write { path: path.to_path_buf(), source },
+            source => Error::Png { path: path.to_path_buf(), source },
+        })
     }
 }

@@ -3,7 +3,8 @@
 //!
 //! ```text
 //! Scene + Camera + FrameOptions -> Renderer: cut every instance (fcextract, in parallel) -> triangles to the GPU
-//!     -> nearest pieces drawn -> occlusion queries of bounding polygons -> the rest drawn -> Image + FrameStats
+//!     -> nearest pieces drawn -> round by round: occlusion queries of the next ones' bounding polygons, those that
+//!     show drawn -> Image + FrameStats
 //! ```
 //!
 //! The cut depends on the view and the tolerance alone; each culling method only leaves out what does not show, so
@@ -37,6 +38,8 @@ pub use error::Error;
 pub use gpu::Gpu;
 pub use image::Image;
 pub use options::{ColorMode, Detail, FrameOptions, Occlusion};
+#[doc(hidden)]
+pub use renderer::Census;
 pub use renderer::Renderer;
 pub use scene::{Instance, Model, Scene};
 pub use stats::{FrameStats, RunStats};

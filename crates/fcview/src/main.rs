@@ -2,6 +2,7 @@
 
 use clap::Parser;
 use fcview::cli::Cli;
+use fcview::stats::{counted, grouped};
 use fcview::{Error, headless};
 use std::io::Write;
 use std::process::ExitCode;
@@ -28,7 +29,7 @@ fn main() -> ExitCode {
 fn run_headless(cli: &Cli) -> Result<(), Error> {
     let outcome = headless::run(cli)?;
     if outcome.software {
-        eprintln!("warning: no graphics card; {} draws on the CPU, slowly", outcome.stats.adapter.name);
+        warn(&headless::software_warning(&outcome.stats.adapter.name));
     }
     let mut out = std::io::stdout().lock();
     let mut lines =
@@ -36,12 +37,12 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
     if let Some(last) = outcome.stats.frames.last() {
         let counts = &last.counts;
         lines.push(format!(
-            "{} frame(s), median {:.1} ms; the last drew {} of {} selected triangles ({} instances)",
-            outcome.stats.frames.len(),
+            "{}, median {:.1} ms; the last drew {} of {} ({})",
+            counted(outcome.stats.frames.len() as u64, "frame"),
             outcome.stats.milliseconds_median,
-            counts.triangles_drawn,
-            counts.triangles_selected,
-            counts.instances,
+            grouped(counts.triangles_drawn),
+            counted(counts.triangles_selected, "selected triangle"),
+            counted(counts.instances, "instance"),
         ));
     }
     for line in lines {
@@ -53,9 +54,13 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
     Ok(())
 }
 
+fn warn(text: &str) {
+    eprintln!("warning: {text}");
+}
+
 #[cfg(feature = "window")]
 fn run_window(cli: &Cli) -> Result<(), Error> {
-    fcview::window::run(cli)
+    fcview::window::run(cli, &mut warn)
 }
 
 #[cfg(not(feature = "window"))]

@@ -48,9 +48,17 @@ pub struct FrameOptions {
     pub two_sided: bool,
     /// How hidden parts are left out.
     pub occlusion: Occlusion,
-    /// Most occlusion queries of a round, and about the number of pieces that a frame is divided into. More hide more
-    /// and cost more; they pay where a frame is slow to draw.
+    /// About the number of pieces that a frame is divided into under occlusion culling, each of which takes a query.
+    /// More hide more and cost more; they pay where a frame is slow to draw.
+    ///
+    /// A software driver takes some ten microseconds for a query, in which it draws some twenty to fifty triangles: a
+    /// few hundred queries about save what they cost, and thousands cost more than they save. The default is for such
+    /// a driver, where it neither costs nor saves much. With 32768 queries in 32 rounds about eight to nine tenths of
+    /// the triangles that are hidden go, at three to ten times the time of a frame without culling.
     pub queries: usize,
+    /// Rounds in which a frame is drawn under occlusion culling, nearest pieces first: each asks which of its pieces
+    /// the earlier ones hide. More hide more; each waits for its answers.
+    pub rounds: u32,
     /// What colours the surface.
     pub color: ColorMode,
     /// Choose detail and cull for this camera while another one draws: shows from outside what a view gets.
@@ -71,7 +79,8 @@ impl Default for FrameOptions {
             backface: true,
             two_sided: false,
             occlusion: Occlusion::Exact,
-            queries: 2048,
+            queries: 512,
+            rounds: 4,
             color: ColorMode::Shaded,
             frozen: None,
             measure: false,

@@ -1,13 +1,17 @@
 //! The renderer: a scene on a device, frame after frame.
 
+mod census;
+mod rounds;
+
+pub use census::Census;
+
 use crate::camera::{Camera, View};
 use crate::frame::cluster_colors;
 use crate::frame::cut::{CutId, Cuts};
 use crate::frame::order;
 use crate::frame::pieces::{self, Piece};
-use crate::frame::questions::questions;
 use crate::gpu::mesh::GpuMesh;
-use crate::gpu::occlusion::{OcclusionQueries, PolygonList};
+use crate::gpu::occlusion::OcclusionQueries;
 use crate::gpu::pages::{Pages, Place};
 use crate::gpu::pipelines::{self, ClusterVertex, FrameUniform, InstanceRow, Look, Pipelines, Sides};
 use crate::gpu::readback;
@@ -18,15 +22,6 @@ use crate::stats::FrameStats;
 use crate::{Error, Gpu, Image};
 use glam::DVec3;
 use std::time::Instant;
-
-/// Rounds of drawing under occlusion culling: after each, what has been drawn decides about the rest.
-///
-/// Each number is the part of the remaining triangles that the round draws, nearest first. More rounds hide
-/// more, but each waits for its queries.
-const ROUNDS: [f64; 3] = [0.2, 0.4, 1.0];
-
-/// The part of the triangles that a round of queries must have hidden for the next round to be asked.
-const LEAST_YIELD: f64 = 0.04;
 
 /// Draws frames of one scene.
 pub struct Renderer {
@@ -43,6 +38,8 @@ pub struct Renderer {
     queries: OcclusionQueries,
     cuts: Cuts,
     pieces: Vec<Piece>,
+    /// The pieces of the last frame that the queries removed.
+    hidden: Vec<Piece>,
     frames: u32,
 }
 
@@ -60,8 +57,11 @@ struct Uploaded {
 /// What a frame's passes share.
 struct Drawing<'a> {
     scene: &'a Scene,
+    view: &'a View,
     uploaded: &'a Uploaded,
     sides: Sides,
+    /// Pieces of fewer triangles are drawn unasked.
+    fewest: u32,
 }
 
 impl Renderer {
@@ -103,6 +103,7 @@ impl Renderer {
             queries: OcclusionQueries::default(),
             cuts: Cuts::default(),
             pieces: Vec::new(),
+            hidden: Vec::new(),
             frames: 0,
         })
     }
@@ -154,16 +155,16 @@ impl Renderer {
         self.finish_stage(options, "the upload")?;
         times.upload = lap(&mut clock);
 
-        pieces::divide(scene, &view, &self.cuts, options.queries, &mut self.pieces);
+        let largest = pieces::divide(scene, &view, &self.cuts, options.queries, &mut self.pieces);
         order::front_to_back(&mut self.pieces);
         stats.counts.batches = self.pieces.len() as u64;
         let sides = if options.two_sided { Sides::Both } else { Sides::Front };
-        let drawing = Drawing { scene, uploaded: &uploaded, sides };
+        // Leftovers much smaller than the others are drawn sooner than asked about.
+        let drawing = Drawing { scene, view: &view, uploaded: &uploaded, sides, fewest: largest / 4 };
         let pieces = std::mem::take(&mut self.pieces);
+        self.hidden.clear();
         let drawn = match options.occlusion {
-            Occlusion::Exact => {
-                self.draw_in_rounds(&drawing, &view, &pieces, options, &mut clock, &mut stats)
-            }
+            Occlusion::Exact => self.draw_in_rounds(&drawing, &pieces, options, &mut clock, &mut stats),
             Occlusion::Off => self.draw_pieces(&drawing, &pieces, true, true),
         };
         self.pieces = pieces;
@@ -252,56 +253,6 @@ impl Renderer {
             }
         }
         Ok(uploaded)
-    }
-
-    /// Draws the nearest pieces, asks which of the others they hide, and goes on with what is left. Returns the
-    /// number of indices drawn.
-    fn draw_in_rounds(
-        &mut self,
-        drawing: &Drawing<'_>,
-        view: &View,
-        pieces: &[Piece],
-        options: &FrameOptions,
-        clock: &mut Instant,
-        stats: &mut FrameStats,
-    ) -> Result<u64, Error> {
-        let mut left = pieces.to_vec();
-        let mut drawn = 0;
-        let mut polygons = PolygonList::default();
-        let mut asked = Vec::new();
-        let mut worth_asking = true;
-        for (round, part) in ROUNDS.into_iter().enumerate() {
-            if round > 0 && worth_asking && !left.is_empty() {
-                let most = options.queries;
-                questions(drawing.scene, view, &self.cuts, &left, most, &mut polygons, &mut asked);
-                if let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) {
-                    let visible = self.queries.visible(&self.gpu, pipelines, target, &polygons)?;
-                    stats.counts.queries += visible.len() as u64;
-                    let before = left.len();
-                    let indices = order::indices(&left);
-                    let hidden = asked.iter().zip(&visible).filter(|(_, visible)| !**visible);
-                    order::remove(&mut left, hidden.map(|(piece, _)| *piece));
-                    stats.counts.batches_culled_occlusion += (before - left.len()) as u64;
-                    worth_asking = order::indices(&left) as f64 <= (1.0 - LEAST_YIELD) * indices as f64;
-                }
-                stats.milliseconds.queries += lap(clock);
-            }
-            let total = order::indices(&left);
-            let last = round + 1 == ROUNDS.len();
-            let count = if last { left.len() } else { order::leading(&left, (part * total as f64) as u64) };
-            let rest = left.split_off(count);
-            drawn += self.draw_pieces(drawing, &left, round == 0, last)?;
-            left = rest;
-            if !last {
-                self.finish_stage(options, "drawing")?;
-                let time = lap(clock);
-                match round {
-                    0 => stats.milliseconds.occluders += time,
-                    _ => stats.milliseconds.draw += time,
-                }
-            }
-        }
-        Ok(drawn)
     }
 
     /// Draws pieces in their order. Returns the number of indices drawn.

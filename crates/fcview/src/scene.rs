@@ -118,6 +118,17 @@ impl Instance {
 }
 
 impl Scene {
+    /// Each model once, where its coordinates put it: a scan and its reduction lie on top of one another. Several are
+    /// tinted, to be told apart.
+    pub fn standing(models: Vec<Model>) -> Scene {
+        let several = models.len() > 1;
+        let tint = |index: usize| if several { (index as f32 + 0.5) / models.len() as f32 } else { 0.0 };
+        let instances = (0..models.len())
+            .map(|index| Instance { tint: tint(index), ..Instance::unmoved(index) })
+            .collect();
+        Scene { models, instances }
+    }
+
     /// `count` copies of the models in turn, in a box, with random rotations; one copy stands as in its file.
     ///
     /// The copies stand in the cells of a lattice, each moved within its cell, so that from any side some hide

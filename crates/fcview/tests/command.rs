@@ -90,8 +90,105 @@ fn a_place_that_cannot_be_written_is_named() {
     let folder = folder();
     for words in ["--screenshot no/such/a.png", "--stats no/such/s.json"] {
         let words = format!("torus.fct --headless --size 32x32 {words}");
-        refused(&fcview(folder.path(), &words), 4, &["error[FC421]", "no/such/"]);
+        refused(&fcview(folder.path(), &words), 4, &["error[FC423]", "no/such/"]);
     }
+}
+
+#[test]
+fn an_output_never_replaces_an_input_or_the_other_output() {
+    let folder = folder();
+    let torus = folder.path().join("torus.fct");
+    let before = std::fs::read(&torus).unwrap();
+    for name in ["linked.png", "7.png"] {
+        std::fs::hard_link(&torus, folder.path().join(name)).unwrap();
+    }
+    for outputs in [
+        "--stats torus.fct",
+        "--stats ./torus.fct",
+        "--screenshot linked.png",
+        "--frames 9 --screenshot {n}.png",
+        "--screenshot new.png --stats ./new.png",
+    ] {
+        let output = fcview(folder.path(), &format!("torus.fct --headless --size 32x32 {outputs}"));
+        refused(&output, 2, &["error[FC101]", "another name"]);
+    }
+    assert!(std::fs::read(&torus).unwrap() == before, "the input has changed");
+    assert!(!folder.path().join("new.png").exists());
+}
+
+#[test]
+fn outputs_are_refused_before_anything_is_drawn() {
+    let folder = folder();
+    std::fs::create_dir(folder.path().join("sub.png")).unwrap();
+    for (outputs, code, part) in [
+        ("--screenshot a.jpg", 2, ".png"),
+        ("--screenshot a", 2, ".png"),
+        ("--screenshot -", 2, "standard output"),
+        ("--stats -", 2, "standard output"),
+        ("--screenshot a{n.png", 2, "{n}"),
+        ("--screenshot a{m}.png", 2, "{n}"),
+        ("--screenshot sub.png", 4, "regular file"),
+        ("--stats .", 4, "regular file"),
+        ("--screenshot none/a.png", 4, "folder none"),
+        ("--stats torus.fct/s.json", 4, "folder torus.fct"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
+        // No driver: a run that gets as far as the device fails by that.
+        command.env("WGPU_BACKEND", "none").current_dir(folder.path());
+        command.args(["torus.fct", "--headless"]).args(outputs.split_whitespace());
+        refused(&command.output().unwrap(), code, &["error[FC", part]);
+    }
+}
+
+#[test]
+fn existing_pictures_are_replaced_and_nothing_else_is_left() {
+    model::gpu();
+    let folder = folder();
+    std::fs::write(folder.path().join("a.png"), "old").unwrap();
+    for _ in 0..2 {
+        let output = fcview(folder.path(), "torus.fct --headless --size 32x32 --screenshot a.png");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(said.contains("1 frame,") && said.contains("1 instance)"), "{said}");
+    }
+    assert!(std::fs::read(folder.path().join("a.png")).unwrap().starts_with(b"\x89PNG"));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "the model and the picture");
+}
+
+#[test]
+fn several_files_stand_where_they_are_and_each_is_shown() {
+    model::gpu();
+    let folder = folder();
+    std::fs::copy(folder.path().join("torus.fct"), folder.path().join("twin.fct")).unwrap();
+    let stats = |words: &str| -> serde_json::Value {
+        let words = format!("{words} --headless --size 64x48 --stats s.json --color clusters");
+        assert!(fcview(folder.path(), &words).status.success(), "{words}");
+        serde_json::from_slice(&std::fs::read(folder.path().join("s.json")).unwrap()).unwrap()
+    };
+    let together = stats("torus.fct twin.fct");
+    assert_eq!(together["settings"]["instances"], 2);
+    assert_eq!(together["settings"]["color"], "clusters");
+    assert_eq!(together["settings"]["camera"], "orbit");
+    assert_eq!(together["settings"]["frames"], 1);
+    assert_eq!(together["settings"]["two_sided"], false);
+    // Twins in one place are seen as one alone is, so each has the same cut.
+    let selected = |stats: &serde_json::Value| stats["frames"][0]["counts"]["triangles_selected"].as_u64();
+    assert_eq!(selected(&together), selected(&stats("torus.fct")).map(|alone| 2 * alone));
+    assert_eq!(stats("torus.fct twin.fct --instances 1")["settings"]["instances"], 2);
+}
+
+#[test]
+fn a_backend_that_is_not_there_and_an_adapter_that_is_not_there_are_said() {
+    let folder = folder();
+    let run = |name: &str, value: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
+        command.current_dir(folder.path()).args(["torus.fct", "--headless"]).env(name, value);
+        command.output().unwrap()
+    };
+    let backend = if cfg!(target_os = "macos") { "dx12" } else { "metal" };
+    refused(&run("WGPU_BACKEND", backend), 6, &["error[FC609]", "WGPU_BACKEND", backend, "unset"]);
+    model::gpu();
+    refused(&run("WGPU_ADAPTER_NAME", "no such card"), 6, &["error[FC602]", "no such card", "unset"]);
 }
 
 #[test]
@@ -99,14 +196,16 @@ fn without_an_adapter_the_backends_are_named() {
     let folder = folder();
     let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
     command.current_dir(folder.path()).args(["torus.fct", "--headless"]);
-    // A backend without any driver.
+    // Backends without any driver.
     command
-        .env("WGPU_BACKEND", "vulkan")
+        .env_remove("WGPU_BACKEND")
         .env("VK_DRIVER_FILES", "/nonexistent")
-        .env("VK_ICD_FILENAMES", "/nonexistent");
-    let output = command.output().unwrap();
+        .env("VK_ICD_FILENAMES", "/nonexistent")
+        .env("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent");
     if cfg!(target_os = "linux") {
-        refused(&output, 6, &["error[FC601]", "vulkan", "mesa-vulkan-drivers"]);
+        refused(&command.output().unwrap(), 6, &["error[FC601]", "vulkan", "mesa-vulkan-drivers"]);
+        command.env("WGPU_BACKEND", "vulkan");
+        refused(&command.output().unwrap(), 6, &["error[FC609]", "vulkan", "mesa-vulkan-drivers"]);
     }
 }
 
@@ -125,4 +224,7 @@ fn help_shows_examples_on_stdout() {
     assert!(output.status.success());
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.contains("--instances 100") && text.contains("Exit codes"), "{text}");
+    for part in ["replaced", "Shift", "wheel", "Esc"] {
+        assert!(text.contains(part), "`{part}` is not in: {text}");
+    }
 }

@@ -15,6 +15,7 @@ const EVERYTHING: FrameOptions = FrameOptions {
     two_sided: false,
     occlusion: Occlusion::Off,
     queries: 4096,
+    rounds: 4,
     color: ColorMode::Shaded,
     frozen: None,
     measure: false,

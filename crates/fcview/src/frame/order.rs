@@ -14,17 +14,6 @@ pub(crate) fn indices(pieces: &[Piece]) -> u64 {
     pieces.iter().map(|piece| u64::from(piece.index_count)).sum()
 }
 
-/// Removes the pieces of some numbers, given in rising order.
-pub(crate) fn remove(pieces: &mut Vec<Piece>, numbers: impl IntoIterator<Item = usize>) {
-    let mut numbers = numbers.into_iter().peekable();
-    let mut number = 0;
-    pieces.retain(|_| {
-        let gone = numbers.next_if_eq(&number).is_some();
-        number += 1;
-        !gone
-    });
-}
-
 /// The number of pieces, from the first, that hold at least `indices` indices.
 pub(crate) fn leading(pieces: &[Piece], indices: u64) -> usize {
     let mut sum = 0;
@@ -72,14 +61,5 @@ mod tests {
         }
         assert_eq!(leading(&[], 5), 0);
         assert_eq!(indices(&pieces), 99);
-    }
-
-    #[test]
-    fn the_pieces_named_go_and_the_others_keep_their_order() {
-        let mut left = pieces(&[3, 3, 3, 3, 3]);
-        remove(&mut left, [0, 3]);
-        assert_eq!(left.iter().map(|piece| piece.first_index).collect::<Vec<_>>(), [1, 2, 4]);
-        remove(&mut left, []);
-        assert_eq!(left.len(), 3);
     }
 }

@@ -15,7 +15,7 @@ pub(crate) struct Piece {
     pub(crate) placed: u32,
     /// Its cut.
     pub(crate) cut: CutId,
-    /// The subtree.
+    /// The subtree that it is, or is a part of.
     pub(crate) node: ChildRef,
     /// Its first index within the cut.
     pub(crate) first_index: u32,
@@ -25,13 +25,14 @@ pub(crate) struct Piece {
     pub(crate) near: f64,
 }
 
-/// Pieces are never made smaller than this many triangles on purpose: about what a query costs to draw.
-const FEWEST_TRIANGLES: u64 = 64;
+/// Pieces are never made smaller than this many triangles on purpose: one triangle is drawn sooner than asked about.
+const FEWEST_TRIANGLES: u64 = 2;
 
-/// Divides a frame's triangles into about `wanted` pieces, in the order of instances and trees.
+/// Divides a frame's triangles into about `wanted` pieces, in the order of instances and trees. Returns the most
+/// triangles of a piece.
 ///
 /// What is divided depends on the cuts alone, so every way to draw a selection has the same pieces.
-pub(crate) fn divide(scene: &Scene, view: &View, cuts: &Cuts, wanted: usize, out: &mut Vec<Piece>) {
+pub(crate) fn divide(scene: &Scene, view: &View, cuts: &Cuts, wanted: usize, out: &mut Vec<Piece>) -> u32 {
     out.clear();
     let slots = || cuts.placed.iter().filter_map(|placed| cuts.slot(placed.cut));
     let indices: u64 = slots().map(|slot| slot.extraction.indices.len() as u64).sum();
@@ -50,10 +51,11 @@ pub(crate) fn divide(scene: &Scene, view: &View, cuts: &Cuts, wanted: usize, out
             out.push(Piece { placed: number, cut: placed.cut, node, first_index, index_count, near });
         });
     }
+    u32::try_from(most / 3).unwrap_or(u32::MAX)
 }
 
-/// Joins the batches of a cut, which stand in the order of the tree, into subtrees of at most `most` indices, or
-/// single batches where those are larger.
+/// Joins the batches of a cut, which stand in the order of the tree, into subtrees of at most `most` indices, and
+/// divides batches that are larger into runs, which lie together as the tree's leaves do.
 fn group(tree: &fct::Tree, batches: &[Batch], most: u64, mut piece: impl FnMut(ChildRef, u32, u32)) {
     // Where each batch ends in indices, so that any run's size is one subtraction.
     let start = batches.first().map_or(0, |batch| batch.first_index);
@@ -81,10 +83,15 @@ fn group(tree: &fct::Tree, batches: &[Batch], most: u64, mut piece: impl FnMut(C
                 stack.push((right, middle..range.end));
                 stack.push((left, range.start..middle));
             }
-            // A single batch, or a tree that is damaged here: the batches as they are.
+            // A single batch, or a tree that is damaged here: batch by batch.
             None => {
-                for batch in run.iter().filter(|batch| batch.index_count > 0) {
-                    piece(batch.node, batch.first_index, batch.index_count);
+                for batch in run {
+                    let triangles = batch.index_count / 3;
+                    let runs = triangles.div_ceil((most / 3).max(1) as u32);
+                    let bound = |i: u32| 3 * (u64::from(triangles) * u64::from(i) / u64::from(runs)) as u32;
+                    for i in 0..runs {
+                        piece(batch.node, batch.first_index + bound(i), bound(i + 1) - bound(i));
+                    }
                 }
             }
         }

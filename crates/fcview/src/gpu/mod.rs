@@ -1,6 +1,7 @@
 //! The GPU side: device, pipelines, vertex buffers, occlusion queries, read-back. Knows triangles and polygons,
 //! nothing of trees or of what is worth drawing.
 
+pub(crate) mod census;
 mod device;
 pub(crate) mod mesh;
 pub(crate) mod occlusion;

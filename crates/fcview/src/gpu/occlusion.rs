@@ -44,12 +44,6 @@ pub(crate) struct PolygonList {
 }
 
 impl PolygonList {
-    /// Forgets all polygons.
-    pub(crate) fn clear(&mut self) {
-        self.triangles.clear();
-        self.ranges.clear();
-    }
-
     /// Adds a convex polygon.
     pub(crate) fn push(&mut self, corners: &[[f32; 4]]) {
         let start = self.triangles.len() as u32;

@@ -77,7 +77,8 @@ pub(crate) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-const INSTANCE_ATTRIBUTES: [wgpu::VertexAttribute; 4] =
+/// The attributes of an [`InstanceRow`].
+pub(crate) const INSTANCE_ATTRIBUTES: [wgpu::VertexAttribute; 4] =
     wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
 const POSITION_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![4 => Float32x3];
 const NORMAL_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![5 => Snorm16x2];
@@ -86,7 +87,8 @@ const CLUSTER_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
     wgpu::vertex_attr_array![4 => Float32x3, 5 => Unorm8x4, 6 => Unorm8x4];
 const POLYGON_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
 
-fn layout<'a>(
+/// A vertex buffer's layout.
+pub(crate) fn layout<'a>(
     stride: usize,
     step_mode: wgpu::VertexStepMode,
     attributes: &'a [wgpu::VertexAttribute],

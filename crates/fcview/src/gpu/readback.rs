@@ -20,7 +20,7 @@ pub(crate) fn depth(gpu: &Gpu, target: &Target) -> Result<Option<Vec<f32>>, Erro
 }
 
 /// Copies out a texture of 4 bytes a pixel, without padding between rows.
-fn texture(
+pub(crate) fn texture(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     [width, height]: [u32; 2],

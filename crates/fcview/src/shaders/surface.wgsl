@@ -44,20 +44,29 @@ fn vertex(instance: Instance, vertex: Vertex) -> Varying {
     return out;
 }
 
+// Cosines of the angle between the stored normal and the triangle's own. Up to about 25 degrees the stored one is the
+// surface's, and the triangle an approximation of it. From about 42 it was averaged over a crease and would smear across
+// the triangle. Beyond 75 the triangle is a sliver whose plane says nothing.
+const SMOOTH: f32 = 0.91;
+const CREASED: f32 = 0.74;
+const STRAY: f32 = 0.50;
+const SLIVER: f32 = 0.26;
+
+// The normal of the triangle's plane, toward the eye.
+fn flat_normal(toward_eye: vec3<f32>) -> vec3<f32> {
+    let normal = unit(cross(dpdx(toward_eye), dpdy(toward_eye)));
+    return select(normal, -normal, dot(normal, toward_eye) < 0.0);
+}
+
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
     let toward_eye = unit(in.toward_eye);
-    var normal: vec3<f32>;
+    var normal = flat_normal(in.toward_eye);
     if has_normals {
-        normal = unit(in.normal);
-        if !front {
-            normal = -normal;
-        }
-    } else {
-        normal = unit(cross(dpdx(in.toward_eye), dpdy(in.toward_eye)));
-        if dot(normal, toward_eye) < 0.0 {
-            normal = -normal;
-        }
+        let stored = select(-1.0, 1.0, front) * unit(in.normal);
+        let alike = dot(normal, stored);
+        let kept = smoothstep(CREASED, SMOOTH, alike) + 1.0 - smoothstep(SLIVER, STRAY, alike);
+        normal = unit(mix(normal, stored, kept));
     }
     return vec4<f32>(shade(in.albedo, normal, toward_eye), 1.0);
 }

@@ -4,11 +4,11 @@ use super::input::Mouse;
 use super::panel::{Panel, Wishes};
 use super::screen::{Overlay, Screen, Shown};
 use crate::cli::Cli;
-use crate::headless::REBUILDS;
+use crate::headless::{REBUILDS, software_warning};
 use crate::orbit::Orbit;
 use crate::stats::FrameStats;
 use crate::{Error, Scene};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -21,8 +21,9 @@ use winit::window::{Window, WindowId};
 const TURN_STEP: f64 = 0.012;
 
 /// The running program.
-pub(super) struct App {
+pub(super) struct App<'a> {
     scene: Scene,
+    title: String,
     size: [u32; 2],
     fov: f64,
     orbit: Orbit,
@@ -33,16 +34,19 @@ pub(super) struct App {
     rebuilds: u32,
     screenshots: u32,
     failure: Option<Error>,
+    /// Where warnings go, until one is given.
+    warn: Option<&'a mut dyn FnMut(&str)>,
 }
 
-impl App {
-    pub(super) fn new(cli: &Cli, scene: Scene) -> App {
+impl<'a> App<'a> {
+    pub(super) fn new(cli: &Cli, scene: Scene, warn: &'a mut dyn FnMut(&str)) -> App<'a> {
         let faces = |instance: &crate::Instance| {
             scene.models.get(instance.model).map_or(0, |model| model.tree.faces().len() as u64)
         };
         let faces = scene.instances.iter().map(faces).sum();
         let [width, height] = cli.size.map(f64::from);
         App {
+            title: title(&cli.files),
             size: cli.size,
             fov: cli.field_of_view(),
             orbit: Orbit::facing(&scene.extremes(), cli.field_of_view(), width / height),
@@ -53,6 +57,7 @@ impl App {
             rebuilds: 0,
             screenshots: 0,
             failure: None,
+            warn: Some(warn),
             scene,
         }
     }
@@ -72,15 +77,21 @@ impl App {
         let window = match window {
             Some(window) => window,
             None => {
+                let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
                 let attributes = Window::default_attributes()
-                    .with_title("facetree")
-                    .with_inner_size(PhysicalSize::new(self.size[0], self.size[1]));
+                    .with_title(self.title.as_str())
+                    .with_inner_size(fitting(self.size, monitor.map(|monitor| monitor.size())));
                 let made = event_loop.create_window(attributes);
                 Arc::new(made.map_err(|error| Error::NoWindow { reason: error.to_string() })?)
             }
         };
         let screen = Screen::open(window, &event_loop.owned_display_handle(), &self.scene)?;
         let info = screen.renderer.gpu().info();
+        if screen.renderer.gpu().is_software()
+            && let Some(warn) = self.warn.take()
+        {
+            warn(&software_warning(&info.name));
+        }
         self.panel.adapter = format!("{} ({:?})", info.name, info.backend);
         screen.window.request_redraw();
         self.screen = Some(screen);
@@ -189,7 +200,29 @@ impl App {
     }
 }
 
-impl ApplicationHandler for App {
+/// The window's title: what it shows, then the program.
+fn title(files: &[PathBuf]) -> String {
+    let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    match files {
+        [] => "facetree".to_owned(),
+        [only] => format!("{} - facetree", name(only)),
+        [first, rest @ ..] => format!("{} and {} more - facetree", name(first), rest.len()),
+    }
+}
+
+/// A window's size, pixels, no larger than the monitor: beyond it, its panel and its edges are out of reach.
+fn fitting(size: [u32; 2], monitor: Option<PhysicalSize<u32>>) -> PhysicalSize<u32> {
+    let [width, height] = size;
+    match monitor {
+        // Some systems know a monitor but not its size.
+        Some(monitor) if monitor.width > 0 && monitor.height > 0 => {
+            PhysicalSize::new(width.min(monitor.width), height.min(monitor.height))
+        }
+        _ => PhysicalSize::new(width, height),
+    }
+}
+
+impl ApplicationHandler for App<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.screen.is_none()
             && let Err(error) = self.open(event_loop, None)
@@ -250,5 +283,19 @@ impl ApplicationHandler for App {
     fn exiting(&mut self, _: &ActiveEventLoop) {
         // The surface goes while its display is still there.
         self.screen = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_title_names_the_files_and_the_window_fits_the_monitor() {
+        assert_eq!(title(&["a/scan.fct".into()]), "scan.fct - facetree");
+        assert_eq!(title(&["a.fct".into(), "b.fct".into(), "c.fct".into()]), "a.fct and 2 more - facetree");
+        let monitor = Some(PhysicalSize::new(1024, 768));
+        assert_eq!(fitting([1280, 720], monitor), PhysicalSize::new(1024, 720));
+        assert_eq!(fitting([1280, 720], None), PhysicalSize::new(1280, 720));
     }
 }

@@ -9,12 +9,13 @@ use crate::cli::Cli;
 use crate::{Error, headless};
 use winit::event_loop::{ControlFlow, EventLoop};
 
-/// Opens a window on the files of a command line and returns when it is closed.
+/// Opens a window on the files of a command line and returns when it is closed. `warn` is told what the user should
+/// know beforehand.
 ///
 /// # Errors
 /// [`Error::NoWindow`] without a display, what [`fct::Tree::open`] says about the files, and what the driver says;
 /// a lost device is rebuilt up to three times first.
-pub fn run(cli: &Cli) -> Result<(), Error> {
+pub fn run(cli: &Cli, warn: &mut dyn FnMut(&str)) -> Result<(), Error> {
     let scene = headless::open_scene(cli)?;
     // The windowing library puts a place in its own source in front of what it has to say.
     let no_window = |error: winit::error::EventLoopError| {
@@ -24,7 +25,7 @@ pub fn run(cli: &Cli) -> Result<(), Error> {
     };
     let event_loop = EventLoop::new().map_err(no_window)?;
     event_loop.set_control_flow(ControlFlow::Wait);
-    let mut app = app::App::new(cli, scene);
+    let mut app = app::App::new(cli, scene, warn);
     let ran = event_loop.run_app(&mut app).map_err(no_window);
     // What stopped the app says more than the loop's own end.
     app.failure().map_or(ran, Err)

@@ -1,11 +1,17 @@
 //! The panel: what a frame cost and drew, and the switches.
 
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
-use crate::stats::FrameStats;
+use crate::stats::{FrameStats, grouped};
 use egui::{RichText, Slider, Ui};
 
 /// Width of the panel's contents, points.
 const WIDTH: f32 = 230.0;
+
+/// Height of the panel where the window has room for it, points; what is beyond is scrolled to.
+const HEIGHT: f32 = 684.0;
+
+/// Space between the panel and the window's edges, points.
+const GAP: f32 = 12.0;
 
 /// Size of the tables' text, points.
 const SMALL: f32 = 12.0;
@@ -64,22 +70,17 @@ impl Panel {
     /// Lays the panel out.
     pub(super) fn show(&mut self, root: &mut Ui, stats: &FrameStats) -> Wishes {
         let mut wishes = Wishes::default();
+        let height = HEIGHT.min(root.ctx().content_rect().height() - 2.0 * GAP).max(0.0);
+        let margin = root.spacing().window_margin.sum().x + 2.0;
         egui::Window::new("facetree")
-            .default_pos([12.0, 12.0])
-            .default_width(WIDTH)
-            .default_height(640.0)
-            .resizable(false)
+            .default_pos([GAP, GAP])
+            // Fixed anew each frame: otherwise it would shrink with the window but never grow again.
+            .fixed_size([WIDTH + margin, height])
             .vscroll(true)
             .show(root.ctx(), |ui| {
-                ui.set_max_width(WIDTH);
+                ui.set_width(WIDTH);
                 ui.spacing_mut().item_spacing.y = 4.0;
                 self.summary(ui, stats);
-                ui.separator();
-                self.switches(ui);
-                ui.separator();
-                egui::CollapsingHeader::new("Counts").default_open(true).show(ui, |ui| counts(ui, stats));
-                egui::CollapsingHeader::new("Times, ms").default_open(true).show(ui, |ui| times(ui, stats));
-                ui.separator();
                 ui.horizontal(|ui| {
                     wishes.fit = ui.button("Fit (F)").clicked();
                     wishes.screenshot = ui.button("Save (P)").clicked();
@@ -88,6 +89,13 @@ impl Panel {
                 if !self.message.is_empty() {
                     ui.label(RichText::new(&self.message).small());
                 }
+                ui.separator();
+                self.switches(ui);
+                ui.separator();
+                egui::CollapsingHeader::new("Counts").default_open(true).show(ui, |ui| counts(ui, stats));
+                egui::CollapsingHeader::new("Times, ms").default_open(false).show(ui, |ui| times(ui, stats));
+                egui::CollapsingHeader::new("Mouse and keys").default_open(true).show(ui, keys);
+                ui.separator();
                 ui.label(RichText::new(&self.adapter).small().weak());
             });
         wishes
@@ -166,8 +174,24 @@ fn times(ui: &mut Ui, stats: &FrameStats) {
     );
 }
 
+/// What the mouse and the keys do.
+fn keys(ui: &mut Ui) {
+    table(
+        ui,
+        &[
+            ("turn", "drag".to_owned()),
+            ("pan", "Shift or right drag".to_owned()),
+            ("zoom", "wheel".to_owned()),
+            ("fit, save a picture", "F, P".to_owned()),
+            ("quit", "Q, Esc".to_owned()),
+        ],
+    );
+}
+
 fn table(ui: &mut Ui, rows: &[(&str, String)]) {
     ui.spacing_mut().item_spacing.y = 0.0;
+    // Rows as high as their text, not as a button.
+    ui.spacing_mut().interact_size.y = SMALL;
     for (name, value) in rows {
         ui.horizontal(|ui| {
             ui.label(RichText::new(*name).size(SMALL));
@@ -175,31 +199,5 @@ fn table(ui: &mut Ui, rows: &[(&str, String)]) {
                 ui.label(RichText::new(value).size(SMALL).monospace().strong());
             });
         });
-    }
-}
-
-/// A number with its thousands set apart.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::with_capacity(digits.len() * 4 / 3);
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::grouped;
-
-    #[test]
-    fn thousands_are_set_apart() {
-        let cases = [(0, "0"), (999, "999"), (1000, "1,000"), (1_234_567, "1,234,567")];
-        for (number, text) in cases {
-            assert_eq!(grouped(number), text);
-        }
     }
 }

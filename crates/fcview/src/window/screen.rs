@@ -1,5 +1,6 @@
 //! The window's surface: the picture and the panel drawn over it, and everything that can happen to a surface.
 
+use crate::error::built_backends;
 use crate::renderer::Renderer;
 use crate::{Error, Gpu, Scene};
 use egui::ViewportId;
@@ -55,9 +56,11 @@ impl Screen {
             let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle_from_env(handle);
             descriptor.backends = backends;
             let instance = wgpu::Instance::new(descriptor);
-            let surface = make_surface(&instance, &window)?;
+            let surface =
+                make_surface(&instance, &window).map_err(|error| refusal(error, &instance, backends))?;
             Ok((Gpu::from_instance(instance, Some(&surface), backends)?, surface))
-        })?;
+        })
+        .map_err(Error::with_backends_asked_for)?;
         let size = window.inner_size();
         let mut config = surface
             .get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))
@@ -220,6 +223,15 @@ impl Screen {
 
 fn make_surface(instance: &wgpu::Instance, window: &Arc<Window>) -> Result<wgpu::Surface<'static>, Error> {
     instance.create_surface(Arc::clone(window)).map_err(|error| Error::NoWindow { reason: error.to_string() })
+}
+
+/// Why there is no surface: without any adapter that is the reason, and other backends may have one.
+fn refusal(error: Error, instance: &wgpu::Instance, backends: wgpu::Backends) -> Error {
+    if pollster::block_on(instance.enumerate_adapters(backends)).is_empty() {
+        Error::NoAdapter { backends: built_backends(backends) }
+    } else {
+        error
+    }
 }
 
 /// The pipeline that copies the picture to the surface.
