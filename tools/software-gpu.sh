@@ -5,6 +5,10 @@
 # Each looks first, returns at once when nothing is missing, and brings the rest by apt; where there is no apt, or
 # apt fails, it says what is missing and ends the script with status 1.
 
+# Mesa's layer that chooses among devices asks for a desktop session and, where there is none, prints "error:
+# XDG_RUNTIME_DIR is invalid" in the middle of our output. Nothing here needs the layer, so it stays out.
+export NODEVICE_SELECT=1
+
 # Ends the script with a message.
 give_up() {
     printf 'error: %s\n' "$*" >&2

@@ -15,6 +15,11 @@ fn bad_input_is_refused_with_file_place_and_remedy() {
         ("fcbuild cut.ply -o x.fct", 3, &["FC204", "cut.ply: line ", "; "]),
         ("fcbuild index.ply -o x.fct", 3, &["FC203", "index.ply: line 15", "90000", "4"]),
         ("fcbuild points.ply -o x.fct", 3, &["FC207", "points.ply: ", "no faces"]),
+        (
+            "fcbuild allnan.ply -o x.fct",
+            3,
+            &["FC207", "only face", "vertex 1, counted from 0", "coordinates"],
+        ),
         ("fcbuild sliver.ply -o x.fct", 3, &["FC290", "sliver.ply: ", "degenerate"]),
         ("fcbuild notes.txt -o x.fct", 3, &["FC201", "notes.txt", "PLY, OBJ, STL"]),
         ("fcbuild good.fct -o x.fct", 3, &["FC201", "good.fct", "face-cluster tree", "fct export"]),
@@ -42,13 +47,33 @@ fn outputs_are_checked_before_the_work() {
         ("fcbuild good.ply -o dir/../good.ply --force", 2, &["FC101", "the output is an input"]),
         ("fcbuild good.ply -o x.fct --report ./x.fct", 2, &["FC101", "one file"]),
         ("fcbuild good.ply -o x.fct --report notes.txt", 4, &["FC472", "notes.txt", "--force"]),
-        ("fcbuild good.ply -o x.fct --report no/r.json", 4, &["FC412", "no/r.json"]),
+        (
+            "fcbuild good.ply -o x.fct --report no/r.json",
+            4,
+            &["FC412", "no/r.json", "the folder no does not exist", "make it"],
+        ),
+        (
+            "fcbuild good.ply -o notes.txt --force",
+            4,
+            &["FC474", "notes.txt", "no .fct file", "left alone", "; "],
+        ),
+        ("fcbuild good.ply -o quad.ply --force", 4, &["FC474", "quad.ply", "left alone"]),
+        ("fcbuild good.ply -o empty.ply --force", 4, &["FC474", "empty.ply", "left alone"]),
+        ("fcbuild good.ply -o x.fct --force --report quad.ply", 4, &["FC474", "quad.ply", "no report"]),
         ("fcbuild good.ply -o dir", 4, &["FC473", "dir", "a directory"]),
-        ("fcbuild good.ply -o no/x.fct", 4, &["FC471", "no/x.fct", "cannot create"]),
+        (
+            "fcbuild good.ply -o no/x.fct",
+            4,
+            &["FC471", "no/x.fct", "the folder no does not exist", "make it"],
+        ),
         ("fcbuild empty.ply -o no/x.fct", 4, &["FC471"]),
         ("fcbuild - -o x.fct", 2, &["FC102", "standard input"]),
         ("fct export good.fct -o good.ply", 4, &["FC472", "good.ply", "--force"]),
-        ("fct export good.fct -o no/x.ply", 4, &["FC412", "no/x.ply"]),
+        (
+            "fct export good.fct -o no/x.ply",
+            4,
+            &["FC412", "no/x.ply", "the folder no does not exist", "make it"],
+        ),
         ("fct export good.fct -o x.stl", 2, &["FC111", "x.stl", ".obj"]),
         ("fct export good.fct -o x.ply --clusters 1 --eye 0,0,1", 2, &["cannot be used with"]),
     ] {
@@ -93,17 +118,57 @@ fn usage_errors_and_limits_have_their_codes() {
         "fcbuild good.ply -o x.fct --faster",
         "fcbuild good.ply -o x.fct --threads 0",
         "fcbuild good.ply -o x.fct --split quality",
-        "fcbuild good.ply -o x.fct --weld -3",
+        "fcbuild good.ply -o x.fct --threads 257",
         "fct",
         "fct look good.fct",
-        "fct export good.fct -o x.ply --triangles 0",
     ] {
         refuse(folder.path(), line, 2, &["--help"]);
     }
+    // Negative numbers are values, not flags, so that the answer is about what is allowed.
+    for (line, expected) in [
+        ("fcbuild good.ply -o x.fct --weld -3", "a distance above 0"),
+        ("fcbuild good.ply -o x.fct --max-memory -3", "a size above 0"),
+        ("fct export good.fct -o x.ply --triangles 0", "a number of triangles, 1 or more"),
+        ("fct export good.fct -o x.ply --clusters -7", "a number of clusters, 1 or more"),
+        ("fct export good.fct -o x.ply --error -1", "a distance, 0 or more"),
+        ("fct export good.fct -o x.ply --eye -1,0", "three numbers"),
+    ] {
+        refuse(folder.path(), line, 2, &["invalid value '", expected]);
+    }
     let line = "fcbuild good.ply -o x.fct --max-memory 1M";
-    refuse(folder.path(), line, 5, &["FC50", "memory", "--max-memory"]);
-    let line = "fct export good.fct -o x.ply --clusters 1 --force";
-    assert!([0, 5].contains(&run(folder.path(), line).exit));
+    refuse(folder.path(), line, 5, &["1M", "memory", "raise --max-memory"]);
+    accept(folder.path(), "fct export good.fct -o x.ply --eye -1,0,2");
+}
+
+/// What the error recommends must work.
+#[test]
+fn a_budget_below_the_coarsest_mesh_is_refused_with_what_there_is() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    accept(at, &format!("fcbuild {} -o a.fct", sample("sculpture.ply").display()));
+    let said = run(at, "fct export a.fct -o x.ply --triangles 5");
+    assert!(said.exit == 5 && said.err.starts_with("error[FC511]: a.fct: "), "{}", said.err);
+    let (_, advice) = said.err.trim().rsplit_once("ask for ").expect("advice");
+    let least: u64 = advice.strip_suffix(" or more").and_then(|n| n.parse().ok()).expect("a number");
+    let said = accept(at, &format!("fct export a.fct -o x.ply --triangles {least}"));
+    assert!(said.out.contains("--error"), "it says that the bound is loose: {}", said.out);
+    assert_eq!(face_count(&at.join("x.ply")), least);
+    let line = format!("fct export a.fct -o y.ply --triangles {}", least - 1);
+    refuse(at, &line, 5, &["FC511", &format!("ask for {least} or more")]);
+}
+
+/// Where the surface had to be cut is told, and is no mesh for `--strict`.
+#[test]
+fn seams_are_repairs() {
+    let folder = folder();
+    let input = sample("odd").join("nonmanifold.ply");
+    let said = accept(folder.path(), &format!("fcbuild {} -o x.fct --report r.json", input.display()));
+    assert!(said.err.contains("warning[FC294]") && said.err.contains("4 edges were shared"), "{}", said.err);
+    assert!(!said.err.contains("times)"), "the count is said once: {}", said.err);
+    let report = fs::read_to_string(folder.path().join("r.json")).expect("a report");
+    assert!(report.contains("\"seam_edges\"") && report.contains("FC294"), "{report}");
+    let line = format!("fcbuild {} -o y.fct --strict", input.display());
+    refuse(folder.path(), &line, 3, &["FC213", "seam_edges (FC294, 4)"]);
 }
 
 #[test]
@@ -226,6 +291,10 @@ fn several_files_become_groups_of_one_tree() {
     assert_eq!(both["counts"]["faces"], 6);
     assert_eq!(both["source"], "good.ply, tetra.obj");
     assert_eq!(both["groups"].as_array().map(Vec::len), Some(2));
+    accept(folder.path(), "fct export both.fct -o both.obj");
+    accept(folder.path(), "fcbuild both.obj -o again.fct --strict");
+    let again = info(folder.path(), "again.fct");
+    assert_eq!((&again["groups"], &again["counts"]["faces"]), (&both["groups"], &both["counts"]["faces"]));
 }
 
 #[test]
@@ -284,27 +353,44 @@ fn a_closed_pipe_is_no_failure() {
 #[cfg(unix)]
 #[test]
 fn a_signal_stops_the_build_and_leaves_nothing() {
-    use std::time::{Duration, Instant};
     let folder = tempfile::tempdir().expect("a temporary folder");
     // Sixteen copies make the job long enough to be caught in the middle, however fast the machine is.
     let inputs = vec![sample("sculpture.ply"); 16];
-    let child = Command::new(binary("fcbuild"))
-        .args(&inputs)
-        .args(["-o", "x.fct", "--threads", "1"])
-        .current_dir(folder.path())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command starts");
+    let mut command = Command::new(binary("fcbuild"));
+    command.args(&inputs).args(["-o", "x.fct", "--threads", "1"]).current_dir(folder.path());
+    assert_eq!(stopped(command, folder.path(), "INT"), 130);
+    assert_eq!(names(folder.path()), Vec::<String>::new());
+}
+
+/// The same during an export, and for termination.
+#[cfg(unix)]
+#[test]
+fn a_signal_stops_an_export_and_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    accept(folder.path(), &format!("fcbuild {} -o a.fct", sample("sculpture.ply").display()));
+    // Searching for a budget takes longest, and a polite process is slow where the machine is busy.
+    let mut command = Command::new("nice");
+    let line = "export a.fct -o x.obj --triangles 60000";
+    command.args(["-n", "19"]).arg(binary("fct")).args(line.split(' ')).current_dir(folder.path());
+    assert_eq!(stopped(command, folder.path(), "TERM"), 143);
+    assert_eq!(names(folder.path()), ["a.fct"]);
+}
+
+/// Starts `command`, sends it the signal once its temporary is there, and gives its exit code.
+#[cfg(unix)]
+fn stopped(mut command: Command, folder: &Path, signal: &str) -> i32 {
+    use std::time::{Duration, Instant};
+    let before = names(folder).len();
+    let child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the command starts");
     let start = Instant::now();
-    while names(folder.path()).is_empty() {
+    while names(folder).len() == before {
         assert!(start.elapsed() < Duration::from_secs(20), "no temporary appears");
-        std::thread::sleep(Duration::from_millis(5));
+        std::thread::sleep(Duration::from_millis(1));
     }
-    let sent = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
+    let sent = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status();
     assert!(sent.is_ok_and(|s| s.success()), "the signal is sent");
     let done = child.wait_with_output().expect("the command ends");
     let said = String::from_utf8_lossy(&done.stderr);
-    assert_eq!(done.status.code(), Some(130), "{said}");
     assert!(said.contains("FC902") && said.lines().count() == 1, "{said}");
-    assert_eq!(names(folder.path()), Vec::<String>::new());
+    done.status.code().unwrap_or(-1)
 }

@@ -125,7 +125,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     if group_names.len() > MAX_GROUPS || group_names.iter().map(String::len).sum::<usize>() > MAX_GROUP_NAMES
     {
         let n = group_names.len() as u64;
-        tally.warn("FC294", n, "these are more groups than a file keeps the names of; the tree has none");
+        tally.warn("FC295", n, "these are more groups than a file keeps the names of; the tree has none");
         (groups, group_names) = (Vec::new(), Vec::new());
     }
     meta.group_names = group_names;

@@ -5,6 +5,8 @@
 //!
 //! | code  | exit | meaning |
 //! |-------|------|---------|
+//! | FC101 | 2 | an output is an input, or two outputs are one file (command) |
+//! | FC102 | 2 | standard input or output in place of a file (command) |
 //! | FC200 | 3 | the input file is empty |
 //! | FC201 | 3 | the content is no mesh format that can be read (gzip, .fct, text of another kind) |
 //! | FC202 | 3 | a header or a file's framing is malformed |
@@ -12,23 +14,40 @@
 //! | FC204 | 3 | the file ends before its content does |
 //! | FC205 | 3 | a declared count is more than the file has room for |
 //! | FC206 | 3 | a statement, record or number is malformed |
-//! | FC207 | 3 | there are no faces |
+//! | FC207 | 3 | there are no faces, or none that can be used |
 //! | FC208 | 3 | a coordinate property is missing or has a wrong type |
 //! | FC209 | 3 | a feature of the format that is not supported |
 //! | FC210 | 3 | a text encoding that is not supported |
 //! | FC211 | 3 | a scene's structure is broken (cycle, reference to a missing object, bad transform) |
 //! | FC212 | 3 | a file refers to another one outside its own folder |
+//! | FC213 | 3 | `--strict` refuses what would be repaired (command) |
 //! | FC290 | 3 | no face is left after welding and repair |
-//! | FC292 | 3 | the model is too large for single precision |
+//! | FC291 | 0 | warning: welded vertices had different colours |
+//! | FC292 | 3 | the model is too large or too small for single precision |
+//! | FC293 | 0 | warning: the faces look inwards |
+//! | FC294 | 0 | warning: the surface is cut at edges (command) |
+//! | FC295 | 0 | warning: more groups than a file names |
+//! | FC300 to FC325 | 0 | warnings of the readers (command) |
+//! | FC331 to FC335 | 0 | faces dropped, by reason (command) |
 //! | FC401 | 4 | a file cannot be opened |
 //! | FC402 | 4 | the path is a directory or another thing that is no regular file |
 //! | FC403 | 4 | reading failed, or the file changed while it was read |
+//! | FC412 | 4 | the report cannot be written (command) |
+//! | FC413 | 4 | standard output cannot be written (command) |
+//! | FC471 to FC474 | 4 | an output cannot be written, exists, is no regular file, is something else than a tree |
 //! | FC501 | 5 | more faces or vertices than allowed |
 //! | FC502 | 5 | a line is too long |
 //! | FC503 | 5 | a polygon has too many corners |
 //! | FC504 | 5 | a scene is too large or too deep |
 //! | FC505 | 5 | memory could not be had |
+//! | FC506 | 5 | the job needs more memory than allowed (command) |
+//! | FC507 | 5 | the threads cannot be started (command) |
+//! | FC571 | 5 | the tree is too large for the format |
 //! | FC901 | 1 | a bug in this program |
+//! | FC902 | 130, 143 | a signal stopped the job (command) |
+//!
+//! Those marked "command" are given by the program `fcbuild`, whose module of messages lists its warnings one by one.
+//! Rules of the format, FC701 and up, stand in its specification.
 
 use std::fmt;
 use std::path::{Path, PathBuf};

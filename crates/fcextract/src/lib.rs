@@ -21,7 +21,7 @@
 //! ```
 //!
 //! # Paper
-//! [Tsuji07] 5.1 and 5.2.
+//! `[Tsuji07]` 5.1 and 5.2.
 
 mod batch;
 mod budget;

@@ -26,6 +26,22 @@ pub enum Error {
         /// The output.
         path: PathBuf,
     },
+    /// The output is there already, may be replaced, and is something else than a tree.
+    #[error("{}: the file is no .fct file and is left alone; give the output another name", path.display())]
+    NotATree {
+        /// The output.
+        path: PathBuf,
+    },
+    /// No file can be made in the folder of the output.
+    #[error("{}: {problem}; {remedy}", path.display())]
+    Folder {
+        /// The output.
+        path: PathBuf,
+        /// What is wrong, with the folder's name.
+        problem: String,
+        /// What the user can do about it.
+        remedy: &'static str,
+    },
     /// The path names a directory, a pipe or a device.
     #[error("{}: not a regular file; give the path of a .fct file", path.display())]
     NotAFile {
@@ -56,7 +72,11 @@ impl Error {
     /// The exit code of a program that ends with this error: 4 for the system, 5 for a limit, 7 for a broken or unsupported file.
     pub const fn exit_code(&self) -> u8 {
         match self {
-            Self::Io { .. } | Self::Exists { .. } | Self::NotAFile { .. } => 4,
+            Self::Io { .. }
+            | Self::Exists { .. }
+            | Self::NotATree { .. }
+            | Self::Folder { .. }
+            | Self::NotAFile { .. } => 4,
             Self::Limit { .. } => 5,
             Self::Invalid { .. } => 7,
         }
@@ -65,9 +85,10 @@ impl Error {
     /// A stable code for this kind of error, such as `FC705`.
     pub const fn code(&self) -> &'static str {
         match self {
-            Self::Io { .. } => "FC471",
+            Self::Io { .. } | Self::Folder { .. } => "FC471",
             Self::Exists { .. } => "FC472",
             Self::NotAFile { .. } => "FC473",
+            Self::NotATree { .. } => "FC474",
             Self::Limit { .. } => "FC571",
             Self::Invalid { violation, .. } => violation.rule.code(),
         }
@@ -101,11 +122,13 @@ pub struct Violation {
     pub place: String,
     /// What stands there, as a clause; says what was expected where the rule alone does not.
     pub found: String,
+    /// What the user can do about it, where what was found tells more than the rule.
+    pub remedy: Option<&'static str>,
 }
 
 impl Violation {
     pub(crate) fn new(rule: Rule, place: String, found: String) -> Box<Self> {
-        Box::new(Self { rule, place, found })
+        Box::new(Self { rule, place, found, remedy: None })
     }
 
     /// For the fields of the header, which have fixed places.
@@ -120,8 +143,8 @@ impl Violation {
 
 impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { rule, place, found } = self;
-        let (name, promise, remedy) = (rule.name(), rule.promise(), rule.remedy());
+        let Self { rule, place, found, remedy } = self;
+        let (name, promise, remedy) = (rule.name(), rule.promise(), remedy.unwrap_or(rule.remedy()));
         write!(f, "{place}: {found} (rule {name}: {promise}); {remedy}")
     }
 }

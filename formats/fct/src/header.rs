@@ -179,22 +179,25 @@ fn check_signature(bytes: &[u8]) -> Result<(), Box<Violation>> {
         return Ok(());
     }
     // The commonest wrong files are told by name, since "bad magic" helps nobody.
-    const OTHERS: &[(&[u8], &str)] = &[
-        (b"ply", "the file starts with `ply`: a PLY mesh; build it first with fcbuild"),
-        (b"glTF", "the file starts with `glTF`: a GLB scene; build it first with fcbuild"),
-        (b"solid", "the file starts with `solid`: an STL mesh; build it first with fcbuild"),
-        (&[0x1F, 0x8B], "the file starts like gzip: unpack it first"),
+    const BUILD: &str = "build a tree of it first: `fcbuild MESH -o OUT.fct`";
+    const OTHERS: &[(&[u8], &str, &str)] = &[
+        (b"ply", "the file starts with `ply`: a PLY mesh", BUILD),
+        (b"glTF", "the file starts with `glTF`: a GLB scene", BUILD),
+        (b"solid", "the file starts with `solid`: an STL mesh", BUILD),
+        (&[0x1F, 0x8B], "the file starts like gzip", "unpack it first"),
         (
             b"\x8FFCT",
-            "the file starts like a .fct file whose line ends were changed: copy it again in binary mode",
+            "the file starts like a .fct file whose line ends were changed",
+            "copy it again in binary mode",
         ),
-        (b"\x0FFCT", "the file starts like a .fct file cut to 7 bits: copy it again in binary mode"),
+        (b"\x0FFCT", "the file starts like a .fct file cut to 7 bits", "copy it again in binary mode"),
     ];
-    let found = OTHERS
-        .iter()
-        .find(|(prefix, _)| bytes.starts_with(prefix))
-        .map_or_else(|| format!("the file starts with {start:02X?}"), |(_, text)| (*text).to_owned());
-    Err(Violation::in_header(Rule::Signature, 0, found))
+    let Some((_, found, remedy)) = OTHERS.iter().find(|(prefix, ..)| bytes.starts_with(prefix)) else {
+        return Err(Violation::in_header(Rule::Signature, 0, format!("the file starts with {start:02X?}")));
+    };
+    let mut violation = Violation::in_header(Rule::Signature, 0, *found);
+    violation.remedy = Some(remedy);
+    Err(violation)
 }
 
 fn check_byte_order(tag: u32) -> Result<(), Box<Violation>> {

@@ -53,6 +53,7 @@ pub use error::{Error, Violation};
 pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
 pub use meta::{MAX_META_LEN, Meta};
 pub use octahedral::NormalRecord;
+pub use publish::Pending;
 pub use records::{
     BoundingPolygonRecord, FaceRecord, GroupRecord, LOOP_END, MAX_DEPTH, MAX_FACES, NodeRecord, VertexRecord,
     WeldRecord, pack, unpack,

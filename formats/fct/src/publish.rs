@@ -1,9 +1,10 @@
-//! Making a file appear all at once or not at all.
+//! Making a file of any kind appear all at once or not at all.
 //!
 //! A temporary in the same folder is filled, synced and checked, then renamed over the output; the folder is synced last.
 //! Whatever fails before the rename, the output is as it was and the temporary is gone.
 
 use std::fs::{self, File};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -19,17 +20,24 @@ const MAX_STEM: usize = 200;
 /// A younger leftover may belong to a run that has created its temporary but not locked it yet.
 const LEFTOVER_AGE: Duration = Duration::from_secs(60);
 
-/// A file that is being written beside its final place.
+/// A file that is being written beside its final place. Dropping it leaves nothing behind.
+///
+/// [`crate::Writer`] uses it for trees; programs may use it for whatever else they write.
 #[derive(Debug)]
-pub(crate) struct Pending {
+pub struct Pending {
     temporary: NamedTempFile,
     target: PathBuf,
     overwrite: bool,
 }
 
 impl Pending {
-    /// Makes the temporary, so that an unwritable place is known before the long work begins.
-    pub(crate) fn create(target: &Path, overwrite: bool) -> Result<Self, Error> {
+    /// Makes the temporary, so that an unwritable place is known before the long work begins, and removes what
+    /// killed runs left there.
+    ///
+    /// # Errors
+    /// [`Error::Exists`] without `overwrite` when something is there, [`Error::NotAFile`] for a directory,
+    /// [`Error::Folder`] when the folder is missing or not writable.
+    pub fn create(target: &Path, overwrite: bool) -> Result<Self, Error> {
         match fs::symlink_metadata(target) {
             Ok(found) if found.is_dir() => {
                 return Err(Error::NotAFile { path: target.to_owned() });
@@ -45,10 +53,11 @@ impl Pending {
         };
         let folder = folder_of(target);
         let prefix = temporary_prefix(&name.to_string_lossy());
+        check_folder(&folder, target)?;
         remove_leftovers(&folder, &prefix);
         let temporary = temporary_builder(&prefix)
             .tempfile_in(&folder)
-            .map_err(Error::io(target, "cannot create a file in this folder"))?;
+            .map_err(|source| unwritable(&folder, target, source))?;
         // Held until the file is closed: it tells other runs that the temporary is in use.
         // Not every file system can lock; without a lock the age of the temporary protects it.
         let _ = temporary.as_file().try_lock();
@@ -56,13 +65,23 @@ impl Pending {
     }
 
     /// The final place, which errors speak of.
-    pub(crate) fn target(&self) -> &Path {
+    pub fn target(&self) -> &Path {
         &self.target
     }
 
     /// The place until then.
-    pub(crate) fn temporary_path(&self) -> &Path {
+    pub fn temporary_path(&self) -> &Path {
         self.temporary.path()
+    }
+
+    /// Whether a file that is there may be replaced.
+    pub(crate) fn overwrites(&self) -> bool {
+        self.overwrite
+    }
+
+    /// Where to write until then.
+    pub fn file(&self) -> &File {
+        self.temporary.as_file()
     }
 
     pub(crate) fn file_mut(&mut self) -> &mut File {
@@ -70,7 +89,10 @@ impl Pending {
     }
 
     /// Brings the bytes to the disk.
-    pub(crate) fn sync(&self) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the system refuses.
+    pub fn sync(&self) -> Result<(), Error> {
         let file = self.temporary.as_file();
         // Never tried twice: after a failed sync the system may have dropped the pages and say that all is well.
         file.sync_all().map_err(Error::io(&self.target, "cannot bring the file to the disk"))?;
@@ -81,13 +103,17 @@ impl Pending {
     }
 
     /// Moves the file to its final place. A symbolic link there is replaced, not followed.
-    pub(crate) fn publish(self) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::Exists`] when something has appeared there and may not be replaced, [`Error::Io`] when the system
+    /// refuses.
+    pub fn publish(self) -> Result<(), Error> {
         let Self { temporary, target, overwrite } = self;
         let result =
             if overwrite { temporary.persist(&target) } else { temporary.persist_noclobber(&target) };
         if let Err(failed) = result {
             return Err(match failed.error.kind() {
-                std::io::ErrorKind::AlreadyExists => Error::Exists { path: target },
+                ErrorKind::AlreadyExists => Error::Exists { path: target },
                 _ => Error::io(&target, "cannot move the finished file to its place")(failed.error),
             });
         }
@@ -99,6 +125,38 @@ fn folder_of(target: &Path) -> PathBuf {
     match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
         _ => PathBuf::from("."),
+    }
+}
+
+fn check_folder(folder: &Path, target: &Path) -> Result<(), Error> {
+    let (problem, remedy) = match fs::metadata(folder) {
+        Ok(found) if !found.is_dir() => {
+            (format!("{} is no folder", folder.display()), "give a path in a folder")
+        }
+        Err(e) if e.kind() == ErrorKind::NotFound => {
+            (format!("the folder {} does not exist", folder.display()), "make it first")
+        }
+        // Any other trouble shows when the temporary is made, with what the system says about it.
+        _ => return Ok(()),
+    };
+    Err(Error::Folder { path: target.to_owned(), problem, remedy })
+}
+
+/// The error speaks of the folder, not of the temporary, whose name the user has never seen.
+fn unwritable(folder: &Path, target: &Path, source: io::Error) -> Error {
+    let why = match source.kind() {
+        ErrorKind::NotFound => "the system knows no such place".to_owned(),
+        ErrorKind::PermissionDenied
+        | ErrorKind::ReadOnlyFilesystem
+        | ErrorKind::StorageFull
+        | ErrorKind::QuotaExceeded => source.kind().to_string(),
+        _ => source.to_string(),
+    };
+    let problem = format!("cannot create a file in the folder {}: {why}", folder.display());
+    Error::Folder {
+        path: target.to_owned(),
+        problem,
+        remedy: "choose a folder with room that you can write to",
     }
 }
 
@@ -156,9 +214,7 @@ fn sync_folder(target: &Path) -> Result<(), Error> {
         Err(e)
             if matches!(
                 e.kind(),
-                std::io::ErrorKind::InvalidInput
-                    | std::io::ErrorKind::Unsupported
-                    | std::io::ErrorKind::PermissionDenied
+                ErrorKind::InvalidInput | ErrorKind::Unsupported | ErrorKind::PermissionDenied
             ) =>
         {
             Ok(())

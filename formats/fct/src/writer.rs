@@ -1,6 +1,7 @@
 //! Writing a file, all or nothing.
 
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use zerocopy::IntoBytes;
@@ -10,7 +11,7 @@ use crate::child::ChildRef;
 use crate::container::{Counts, check_counts, check_root};
 use crate::error::Error;
 use crate::hash::{hash64, hash64_of, hash128_of};
-use crate::header::{ENTRY_LEN, HASHED_LEN, HEADER_LEN, Header, MAJOR, MINOR};
+use crate::header::{ENTRY_LEN, HASHED_LEN, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
 use crate::meta::{MAX_META_LEN, Meta};
 use crate::octahedral::NormalRecord;
 use crate::publish::Pending;
@@ -86,9 +87,12 @@ impl Writer {
     /// Prepares to write `path`: makes a temporary in its folder, so that a builder learns of an unwritable place before the long work.
     ///
     /// # Errors
-    /// [`Error::Exists`] without `overwrite` when something is there, [`Error::NotAFile`] for a directory,
-    /// [`Error::Io`] when the folder is missing or not writable.
+    /// [`Error::Exists`] without `overwrite` when something is there, [`Error::NotATree`] with it when what is there
+    /// is no tree, [`Error::NotAFile`] for a directory, [`Error::Folder`] when the folder is missing or not writable.
     pub fn create(path: &Path, overwrite: bool) -> Result<Self, Error> {
+        if overwrite {
+            spare_others(path)?;
+        }
         Ok(Self { pending: Pending::create(path, overwrite)? })
     }
 
@@ -122,6 +126,10 @@ impl Writer {
         // Catches mistakes of ours and of the disk while the old file is still in its place.
         let reopened = Tree::open_as(self.pending.temporary_path(), &target)?;
         drop(reopened);
+        // Asked again, since the work between may have taken hours.
+        if self.pending.overwrites() {
+            spare_others(&target)?;
+        }
         self.pending.publish()?;
 
         Ok(Written {
@@ -130,6 +138,20 @@ impl Writer {
             sections: sections.iter().map(|s| (s.tag.to_string(), s.length)).collect(),
         })
     }
+}
+
+/// Refuses to replace a file that does not start as trees do: a slip of the keyboard must not cost a scan.
+///
+/// A symbolic link may be replaced, because what it leads to stays.
+fn spare_others(target: &Path) -> Result<(), Error> {
+    if !fs::symlink_metadata(target).is_ok_and(|found| found.is_file()) {
+        return Ok(());
+    }
+    let mut start = Vec::new();
+    File::open(target)
+        .and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start))
+        .map_err(Error::io(target, "cannot look what the file is that is to be replaced"))?;
+    if start == MAGIC { Ok(()) } else { Err(Error::NotATree { path: target.to_owned() }) }
 }
 
 type Payload<'a> = (Tag, &'a [u8]);
@@ -217,7 +239,7 @@ fn head_of(
 
 /// Zeros in the header's place first and the header last: until the end the file is not one.
 fn write_out(
-    file: &mut std::fs::File,
+    file: &mut File,
     head: &[u8],
     sections: &[SectionInfo],
     payloads: &[Payload<'_>],

@@ -354,7 +354,6 @@ const BREAKS: &[(Rule, &[Break])] = &[
             Data(|s| s.bounding_polygons[0].support[7] = NAN.into()),
             Data(|s| s.bounding_polygons[0].origin[0] = NAN.into()),
             Data(|s| s.bounding_polygons[0].low = 100.0.into()),
-            Data(|s| s.meta.origin[2] = f64::NAN),
         ],
     ),
     (

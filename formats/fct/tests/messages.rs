@@ -16,8 +16,8 @@ fn message_for(bytes: &[u8]) -> (Error, String) {
 #[test]
 fn other_kinds_of_files_are_told_by_name() {
     let files: [(&[u8], &str); 8] = [
-        (b"ply\nformat ascii 1.0\n", "build it first with fcbuild"),
-        (b"ply", "build it first with fcbuild"),
+        (b"ply\nformat ascii 1.0\n", "build a tree of it first"),
+        (b"ply", "build a tree of it first"),
         (b"glTF\x02\0\0\0", "GLB"),
         (b"solid cube\n", "STL"),
         (b"\x1F\x8B\x08\0", "unpack it first"),
@@ -29,6 +29,7 @@ fn other_kinds_of_files_are_told_by_name() {
         let (error, text) = message_for(bytes);
         assert_eq!((error.code(), error.exit_code()), ("FC701", 7), "{text}");
         assert!(text.contains(fragment), "{text}");
+        assert!(text.matches("fcbuild MESH").count() <= 1, "the remedy is given once: {text}");
     }
 }
 

@@ -45,6 +45,26 @@ fn a_file_that_appears_meanwhile_stays_without_overwrite() {
     assert_eq!(names_in(folder.path()), ["out.fct"]);
 }
 
+/// `fcbuild scan.ply -o other.ply --force` must not cost a scan.
+#[test]
+fn overwrite_replaces_trees_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.fct");
+    for mine in [&b"ply\nformat ascii 1.0\n"[..], b"", b"\x8FFCT"] {
+        fs::write(&path, mine).unwrap();
+        let error = Writer::create(&path, true).unwrap_err();
+        assert_eq!((error.code(), error.exit_code()), ("FC474", 4));
+        assert!(error.to_string().contains("out.fct: the file is no .fct file and is left alone"), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), mine);
+    }
+    fs::remove_file(&path).unwrap();
+    let writer = Writer::create(&path, true).unwrap();
+    fs::write(&path, "mine").unwrap();
+    let error = writer.finish(&Sample::fan(3, Split::Halves).data(), 0).unwrap_err();
+    assert_eq!((error.code(), fs::read(&path).unwrap()), ("FC474", b"mine".to_vec()));
+    assert_eq!(names_in(folder.path()), ["out.fct"]);
+}
+
 #[test]
 fn overwrite_replaces_while_readers_keep_what_they_opened() {
     let folder = tempfile::tempdir().unwrap();
@@ -93,6 +113,11 @@ fn places_that_cannot_be_written_are_told_before_the_work() {
         let error = Writer::create(&path, true).unwrap_err();
         assert_eq!(error.exit_code(), 4, "{error}");
     }
+    let error = Writer::create(&folder.path().join("missing").join("out.fct"), true).unwrap_err().to_string();
+    assert!(error.contains("missing does not exist; make it first") && !error.contains("fct-tmp"), "{error}");
+    fs::write(folder.path().join("file"), "").unwrap();
+    let error = Writer::create(&folder.path().join("file").join("out.fct"), true).unwrap_err().to_string();
+    assert!(error.contains("file is no folder"), "{error}");
 }
 
 #[test]

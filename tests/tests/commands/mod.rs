@@ -91,6 +91,7 @@ pub(crate) fn folder() -> TempDir {
     write("empty.ply", b"");
     write("cut.ply", &good.as_bytes()[..good.len() - 6]);
     write("nan.ply", ply(&["0 0 0", "1 0 0", "1 1 0", "nan 1 0"], &["3 0 1 2", "3 0 2 3"]).as_bytes());
+    write("allnan.ply", ply(&["0 0 0", "nan 0 0", "1 1 0"], &["3 0 1 2"]).as_bytes());
     write("index.ply", ply(&SQUARE, &["3 0 1 2", "3 0 2 90000"]).as_bytes());
     write("points.ply", ply(&SQUARE, &[]).as_bytes());
     write("quad.ply", ply(&SQUARE, &["4 0 1 2 3"]).as_bytes());

@@ -1,5 +1,27 @@
 //! What can go wrong, with the exit code and the message code of each case.
+//!
+//! # Codes
+//!
+//! | code | exit | meaning |
+//! |------|------|---------|
+//! | FC101 | 2 | the output is the input |
+//! | FC111 | 2 | flags that do not go together with each other or with the files |
+//! | FC112 | 2 | the selection has no triangles |
+//! | FC113 | 2 | the selection has a number that cannot be used |
+//! | FC412 | 4 | the mesh cannot be written |
+//! | FC413 | 4 | standard output cannot be written |
+//! | FC471 | 4 | the tree cannot be read |
+//! | FC472 | 4 | the output exists |
+//! | FC473 | 4 | a path names no regular file |
+//! | FC507 | 5 | a thread cannot be started |
+//! | FC511 | 5 | not even the coarsest mesh is within the budget |
+//! | FC512 | 5 | the mesh is too large for 32-bit indices |
+//! | FC571 | 5 | the tree is too large for this machine |
+//! | FC701 to FC764 | 7 | a rule of the format is broken, see its specification |
+//! | FC901 | 1 | a bug in this program |
+//! | FC902 | 130, 143 | a signal stopped the export |
 
+use crate::grouped::{counted, grouped};
 use std::io;
 use std::path::PathBuf;
 
@@ -40,18 +62,32 @@ pub(crate) enum Error {
         /// What the system said.
         source: io::Error,
     },
+    /// The place of the output cannot be used, or the system refuses to fill it.
+    #[error(transparent)]
+    Place(fct::Error),
+    /// No thread can be had.
+    #[error("a thread cannot be started: {0}; end other programs or raise their limit")]
+    Thread(io::Error),
+    /// A signal asked the program to stop.
+    #[error("stopped by a signal; nothing was written")]
+    Interrupted {
+        /// 128 + the signal's number, as shells have it.
+        exit: u8,
+    },
     /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     Stdout(io::Error),
     /// Not even the coarsest mesh is within the budget.
     #[error(
-        "{}: the coarsest mesh has {found} {things}, more than the {asked} asked for; ask for {found} or more",
-        path.display()
+        "{}: even the coarsest mesh has {}, more than the {} asked for; ask for {found} or more",
+        path.display(),
+        counted(*found, things, &format!("{things}s")),
+        grouped(*asked)
     )]
     Budget {
         /// The tree.
         path: PathBuf,
-        /// `triangles` or `clusters`.
+        /// `triangle` or `cluster`.
         things: &'static str,
         /// The number asked for.
         asked: u64,
@@ -94,14 +130,17 @@ impl From<fcextract::Error> for Error {
 }
 
 impl Error {
-    /// The process's exit code: 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 an invalid .fct file.
+    /// The process's exit code: 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 an invalid .fct file, and that of
+    /// a signal.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Error::Bug => 1,
             Error::Usage(_) | Error::Same { .. } | Error::Empty => 2,
             Error::Extract(fcextract::Error::Selection(_)) => 2,
             Error::Exists { .. } | Error::NotAFile { .. } | Error::Write { .. } | Error::Stdout(_) => 4,
-            Error::Budget { .. } | Error::Extract(_) => 5,
+            Error::Place(error) => error.exit_code(),
+            Error::Budget { .. } | Error::Extract(_) | Error::Thread(_) => 5,
+            Error::Interrupted { exit } => *exit,
             Error::VertexIndex { .. } => 7,
             Error::Tree(error) => error.exit_code(),
         }
@@ -114,15 +153,17 @@ impl Error {
             Error::Usage(_) => "FC111",
             Error::Empty => "FC112",
             Error::Extract(fcextract::Error::Selection(_)) => "FC113",
-            Error::Write { .. } => "FC412",
+            Error::Write { .. } | Error::Place(_) => "FC412",
             Error::Stdout(_) => "FC413",
             Error::Exists { .. } => "FC472",
             Error::NotAFile { .. } => "FC473",
+            Error::Thread(_) => "FC507",
             Error::Budget { .. } => "FC511",
             Error::Extract(_) => "FC512",
             Error::VertexIndex { .. } => "FC734",
             Error::Tree(error) => error.code(),
             Error::Bug => "FC901",
+            Error::Interrupted { .. } => "FC902",
         }
     }
 }

@@ -6,7 +6,8 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid .fct file.";
+Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid .fct file,
+130 or 143 stopped by a signal. On any but 0 nothing is written.";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -42,7 +43,9 @@ Examples:
   fct export dragon.fct -o view.ply --eye 0,0.1,0.6 --pixels 1 --fov 40 --height 1080
                                                          an error of at most a pixel from there
 
-Lengths and places are in the unit of the input.";
+Lengths and places are in the unit of the input. The bound that is printed is the largest among the
+clusters. --error and --eye choose clusters by it; --triangles and --clusters spend their budget by
+the mean error, so that their bound is loose.";
 
 /// Looks into, verifies and exports face-cluster trees (.fct).
 #[derive(Debug, Parser)]
@@ -90,26 +93,26 @@ pub(crate) struct ExportFlags {
     /// Replace an existing output
     #[arg(long)]
     force: bool,
-    /// The mesh is within this distance of every point of the surface
-    #[arg(long, value_name = "DIST", value_parser = not_negative)]
+    /// No point of the surface is farther than this from the mesh: the flag for a tight guarantee
+    #[arg(long, value_name = "DIST", value_parser = not_negative, allow_negative_numbers = true)]
     error: Option<f64>,
-    /// At most so many triangles
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    /// At most so many triangles, with a low mean error and a loose bound
+    #[arg(long, value_name = "N", value_parser = triangles, allow_negative_numbers = true)]
     triangles: Option<u64>,
-    /// At most so many clusters
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    /// At most so many clusters, with a low mean error and a loose bound
+    #[arg(long, value_name = "N", value_parser = clusters, allow_negative_numbers = true)]
     clusters: Option<u64>,
     /// Detail for a picture from this point, all around it
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     eye: Option<[f64; 3]>,
     /// Error in the middle of the picture, pixels
-    #[arg(long, value_name = "P", default_value_t = 1.0, value_parser = positive, requires = "eye")]
+    #[arg(long, value_name = "P", default_value_t = 1.0, value_parser = positive, requires = "eye", allow_negative_numbers = true)]
     pixels: f64,
     /// Vertical field of view of the picture, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 40.0, value_parser = field_of_view, requires = "eye")]
+    #[arg(long, value_name = "DEG", default_value_t = 40.0, value_parser = field_of_view, requires = "eye", allow_negative_numbers = true)]
     fov: f64,
     /// Height of the picture, pixels
-    #[arg(long, value_name = "PX", default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..), requires = "eye")]
+    #[arg(long, value_name = "PX", default_value_t = 720, value_parser = height, requires = "eye", allow_negative_numbers = true)]
     height: u32,
 }
 
@@ -163,6 +166,24 @@ fn not_negative(text: &str) -> Result<f64, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     number(text).filter(|x| *x > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+fn triangles(text: &str) -> Result<u64, String> {
+    count(text).ok_or_else(|| "expected a number of triangles, 1 or more".to_owned())
+}
+
+fn clusters(text: &str) -> Result<u64, String> {
+    count(text).ok_or_else(|| "expected a number of clusters, 1 or more".to_owned())
+}
+
+fn height(text: &str) -> Result<u32, String> {
+    count(text)
+        .and_then(|n| u32::try_from(n).ok())
+        .ok_or_else(|| "expected a number of pixels, 1 or more".to_owned())
+}
+
+fn count(text: &str) -> Option<u64> {
+    text.trim().parse().ok().filter(|n| *n > 0)
 }
 
 fn field_of_view(text: &str) -> Result<f64, String> {
@@ -228,6 +249,11 @@ mod tests {
             "export a.fct -o b.ply --eye 1,2,3 --fov 180",
         ] {
             assert_eq!(parse(words).expect_err(words).exit_code(), 2, "{words}");
+        }
+        // A negative number is taken for a value, so that the answer is about numbers and not about flags.
+        for flag in ["error", "triangles", "clusters", "eye", "eye 0,0,1 --pixels", "eye 0,0,1 --height"] {
+            let error = parse(&format!("export a.fct -o b.ply --{flag} -1")).expect_err(flag).to_string();
+            assert!(error.contains("invalid value '-1'") && error.contains("expected"), "{error}");
         }
         let Command::Export(flags) = parse("export a.fct -o b.stl").unwrap().command else { panic!() };
         assert_eq!(flags.settings().unwrap_err().exit_code(), 2);

@@ -1,6 +1,6 @@
 //! `fct info`: what a file says about itself.
 
-use crate::grouped::grouped;
+use crate::grouped::{counted, grouped};
 use fct::Tree;
 use serde_json::json;
 use std::fmt::Write as _;
@@ -32,15 +32,15 @@ pub(crate) fn to_text(tree: &Tree) -> String {
         ),
     );
     line("vertices", grouped(header.vertex_count));
-    line("tree", format!("{} nodes, depth {}", grouped(header.node_count), meta.depth));
+    line("tree", format!("{}, depth {}", counted(header.node_count, "node", "nodes"), meta.depth));
     let kind = if meta.closed { "closed" } else { "open" };
     line(
         "surface",
         format!(
-            "{kind}, {} component(s), {} boundary edge(s), {} seam edge(s)",
-            grouped(meta.components),
-            grouped(meta.boundary_edges),
-            grouped(meta.seam_edges)
+            "{kind}, {}, {}, {}",
+            counted(meta.components, "component", "components"),
+            counted(meta.boundary_edges, "boundary edge", "boundary edges"),
+            counted(meta.seam_edges, "seam edge", "seam edges")
         ),
     );
     let extras: Vec<_> = [("normals", tree.normals().is_some()), ("colours", tree.colors().is_some())]

@@ -1,6 +1,6 @@
 //! `fct verify`: the result of the complete check.
 
-use crate::grouped::grouped;
+use crate::grouped::counted;
 use fct::Verified;
 use serde_json::json;
 use std::path::Path;
@@ -8,13 +8,13 @@ use std::path::Path;
 /// For people; what breaks a rule is told as an error.
 pub(crate) fn to_text(file: &Path, verified: &Verified) -> String {
     format!(
-        "{}: valid; {} bytes, {} faces, {} nodes, {} vertices, {} loop entries, depth {}, content id {:032x}",
+        "{}: valid; {}, {}, {}, {}, {}, depth {}, content id {:032x}",
         file.display(),
-        grouped(verified.bytes),
-        grouped(verified.faces),
-        grouped(verified.nodes),
-        grouped(verified.vertices),
-        grouped(verified.loop_entries),
+        counted(verified.bytes, "byte", "bytes"),
+        counted(verified.faces, "face", "faces"),
+        counted(verified.nodes, "node", "nodes"),
+        counted(verified.vertices, "vertex", "vertices"),
+        counted(verified.loop_entries, "loop entry", "loop entries"),
         verified.depth,
         verified.content_id
     )

@@ -162,7 +162,7 @@ impl<T: Send> Walk<'_, T> {
         children
     }
 
-    /// Finds which corners of a child its ancestors register, this split included (steps 1 and 2 of [Tsuji07] 4.3).
+    /// Finds which corners of a child its ancestors register, this split included (steps 1 and 2 of `[Tsuji07]` 4.3).
     fn inherit(&self, child: &Child, sibling: &Range<usize>, record: bool, marks: &mut Marks<'_>) {
         if child.faces.len() == 1 && !record {
             return;

@@ -6,7 +6,7 @@
 //! of it into one record per vertex that says when the vertex is drawn.
 //!
 //! # Paper
-//! [Tsuji07] 4.3, steps 1 to 3.
+//! `[Tsuji07]` 4.3, steps 1 to 3.
 //!
 //! # Deviations
 //! A closed cut gets three anchors, every child keeps at least three corners, vertices on open boundaries and seams

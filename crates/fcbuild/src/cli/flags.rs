@@ -1,6 +1,6 @@
 //! What was typed: the flags as `clap` reads them.
 
-use super::size;
+use super::size::{self, Size};
 use clap::{Parser, ValueEnum};
 use fcbuild::SplitMode;
 use fcbuild::mesh::Weld;
@@ -21,6 +21,9 @@ The summary goes to standard output, progress, warnings and errors to standard e
 Exit codes: 0 done (perhaps with warnings), 1 our bug, 2 usage, 3 bad input, 4 input or output,
 5 a limit, 130 or 143 stopped by a signal. On any but 0 nothing is written.";
 
+/// More threads than this only cost memory: the serial parts dominate long before.
+pub(crate) const MAX_THREADS: i64 = 256;
+
 /// Builds a face-cluster tree (.fct) from polygon meshes: PLY, OBJ, STL, glTF or GLB.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "fcbuild", version, about, after_help = EXAMPLES, max_term_width = 100)]
@@ -34,20 +37,20 @@ pub(crate) struct Flags {
     /// How clusters are cut in two: across positions (pca), by normals (cca), or the better of both (paper)
     #[arg(long, value_enum, value_name = "paper|pca|cca", default_value_t = SplitFlag::Paper, hide_possible_values = true)]
     pub(crate) split: SplitFlag,
-    /// Threads, at most 256; the output does not depend on it [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Threads, 1 to 256; the output does not depend on it [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_THREADS), allow_negative_numbers = true)]
     pub(crate) threads: Option<u32>,
     /// Refuse before the long work what would need more, such as 800M or 6GiB [default: 75 % of what the machine or its control group has]
-    #[arg(long, value_name = "SIZE", value_parser = size::parse)]
-    pub(crate) max_memory: Option<u64>,
-    /// Replace existing outputs
+    #[arg(long, value_name = "SIZE", value_parser = size::parse, allow_negative_numbers = true)]
+    pub(crate) max_memory: Option<Size>,
+    /// Replace existing outputs, if they are trees and reports
     #[arg(long)]
     pub(crate) force: bool,
     /// Take every warning and every dropped face for an error
     #[arg(long)]
     pub(crate) strict: bool,
     /// Join vertices at equal positions (exact), up to a distance apart (EPS, in the unit of the input), or not at all
-    #[arg(long, value_name = "exact|EPS|off", default_value = "exact", value_parser = weld)]
+    #[arg(long, value_name = "exact|EPS|off", default_value = "exact", value_parser = weld, allow_negative_numbers = true)]
     pub(crate) weld: Weld,
     /// Write counts, times and sizes as JSON
     #[arg(long, value_name = "FILE.json")]
@@ -134,7 +137,8 @@ mod tests {
         )
         .unwrap();
         assert_eq!(flags.inputs.len(), 2);
-        assert_eq!((flags.split, flags.threads, flags.max_memory), (SplitFlag::Cca, Some(3), Some(2 << 30)));
+        assert_eq!((flags.split, flags.threads), (SplitFlag::Cca, Some(3)));
+        assert_eq!(flags.max_memory.map(|size| size.bytes), Some(2 << 30));
         assert!(flags.force && flags.strict && flags.report.is_some());
         assert_eq!(flags.weld, Weld::Within(0.5));
         assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ProgressFlag::Never));
@@ -150,14 +154,20 @@ mod tests {
             "-o c.fct",
             "a.ply -o c.fct --split quality",
             "a.ply -o c.fct --threads 0",
+            "a.ply -o c.fct --threads 257",
+            "a.ply -o c.fct --threads -1",
             "a.ply -o c.fct --threads many",
             "a.ply -o c.fct --weld -1",
             "a.ply -o c.fct --weld nan",
             "a.ply -o c.fct --max-memory 0",
+            "a.ply -o c.fct --max-memory -1",
             "a.ply -o c.fct --max-memory lots",
             "a.ply -o c.fct --faster",
         ] {
             assert_eq!(parse(words).expect_err(words).exit_code(), 2, "{words}");
         }
+        // A negative number is taken for a value, so that the answer is about numbers and not about flags.
+        let error = parse("a.ply -o c.fct --weld -1").expect_err("negative").to_string();
+        assert!(error.contains("a distance above 0"), "{error}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::memory;
 use super::progress::{Progress, Stage};
-use super::size;
+use super::size::Size;
 use fcbuild::Error;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::{self, DropReason, Group, ImportOptions, Positions, Soup, Tally};
@@ -18,10 +18,10 @@ use std::path::PathBuf;
 /// fit into `max_memory`.
 pub(crate) fn read_all(
     paths: &[PathBuf],
-    max_memory: Option<u64>,
+    max_memory: Option<&Size>,
     progress: &Progress,
 ) -> Result<Soup, Error> {
-    let by_memory = max_memory.map_or(u64::MAX, memory::faces_within);
+    let by_memory = max_memory.map_or(u64::MAX, |limit| memory::faces_within(limit.bytes));
     let mut whole: Option<Soup> = None;
     for path in paths {
         let so_far = whole.as_ref().map_or(0, |soup| soup.triangles.len() as u64);
@@ -33,13 +33,11 @@ pub(crate) fn read_all(
             let ours = e.code() == "FC501"
                 && by_memory < MAX_FACES
                 && e.message().contains(&options.max_faces.to_string());
-            if ours {
-                let allowed = size::bytes(max_memory.unwrap_or(u64::MAX));
-                e.remedy(format!(
+            match max_memory {
+                Some(allowed) if ours => e.remedy(format!(
                     "more do not fit into {allowed} of memory: raise --max-memory, or split or simplify the mesh"
-                ))
-            } else {
-                e
+                )),
+                _ => e,
             }
         })?;
         whole = Some(match whole {

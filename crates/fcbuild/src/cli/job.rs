@@ -87,12 +87,12 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
         .build()
         .map_err(|e| no_threads(&e))?;
     let start = Instant::now();
-    let soup = read_all(&settings.inputs, settings.max_memory, progress)?;
+    let soup = read_all(&settings.inputs, settings.max_memory.as_ref(), progress)?;
     let import = start.elapsed();
     check_strict(settings, &soup.tally)?;
 
     let estimate = memory::estimate(&soup, settings.weld);
-    memory::check(estimate, settings.max_memory)?;
+    memory::check(estimate, settings.max_memory.as_ref())?;
     progress.note(&format!(
         "{} and {}: about {} of memory",
         size::counted(soup.triangles.len() as u64, "face"),
@@ -108,11 +108,28 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
         progress: &|phase, done, total| progress.tell(Stage::Build(phase), done, total),
     };
     let mut built = pool.install(|| build(soup, &options)).map_err(|e| blame(settings, e))?;
+    warn_of_seams(&mut built);
     check_strict(settings, &built.tally)?;
     check_books(&built)?;
     built.meta.generator = concat!("fcbuild ", env!("CARGO_PKG_VERSION")).to_owned();
     built.meta.source = settings.input_names();
     Ok(Made { built, vertices_in, source_id, import, estimate })
+}
+
+/// Edges at which the surface was cut are a repair like any other.
+fn warn_of_seams(built: &mut Built) {
+    let edges = built.meta.seam_edges;
+    let groups = if built.meta.group_names.len() > 1 { ", by faces of different groups" } else { "" };
+    let (were, there) = if edges == 1 { ("edge was", "there") } else { ("edges were", "at each of them") };
+    built.tally.warn(
+        "seam_edges",
+        edges,
+        format!(
+            "{} {were} shared by more than two faces{groups} or by faces of inconsistent winding; \
+             the surface is cut {there}",
+            size::grouped(edges)
+        ),
+    );
 }
 
 /// Refuses repairs where the user wants none.

@@ -11,7 +11,8 @@
 //! | the same, STL, `--weld off` | 871,414 | 3 a face | 1275 | 1239 |
 //! | a generated sculpture, PLY | 4,205,494 | 0.50 a face | 432 | 474 |
 
-use super::{distinct, size};
+use super::distinct;
+use super::size::Size;
 use fcbuild::Error;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::Soup;
@@ -55,19 +56,15 @@ pub(crate) fn faces_within(limit: u64) -> u64 {
 ///
 /// # Errors
 /// A limit error with both numbers.
-pub(crate) fn check(estimate: u64, limit: Option<u64>) -> Result<(), Error> {
+pub(crate) fn check(estimate: u64, limit: Option<&Size>) -> Result<(), Error> {
     match limit {
-        Some(limit) if estimate > limit => Err(Error::new(
+        Some(limit) if estimate > limit.bytes => Err(Error::new(
             ErrorKind::Limit,
             "FC506",
-            format!(
-                "the job needs about {} of memory and may take {}",
-                size::bytes(estimate),
-                size::bytes(limit)
-            ),
+            format!("the job needs about {} of memory and may take {limit}", limit.same_unit(estimate)),
         )
         .remedy("raise --max-memory, or split or simplify the mesh")
-        .limit(limit, estimate)),
+        .limit(limit.bytes, estimate)),
         _ => Ok(()),
     }
 }
@@ -119,8 +116,8 @@ mod tests {
 
     #[test]
     fn the_limit_is_held() {
-        assert!(check(100, None).is_ok() && check(100, Some(100)).is_ok());
-        let error = check(estimate_of(1_000_000, 500_000), Some(1 << 20)).unwrap_err();
+        assert!(check(100, None).is_ok() && check(100, Some(&Size::of_bytes(100))).is_ok());
+        let error = check(estimate_of(1_000_000, 500_000), Some(&Size::of_bytes(1 << 20))).unwrap_err();
         assert_eq!((error.exit_code(), error.code()), (5, "FC506"));
         assert!(error.message().contains("1.0 MB"), "{error}");
     }

@@ -8,13 +8,27 @@
 //! | FC101 | 2 | an output is an input, or two outputs are one file |
 //! | FC102 | 2 | standard input or output in place of a file |
 //! | FC213 | 3 | `--strict` refuses what would be repaired |
-//! | FC300 to FC325 | 0 | warnings, see [`warning_code`] |
-//! | FC331 to FC335 | 0 | faces dropped, by reason |
+//! | FC291 | 0 | warning: welded vertices had different colours |
+//! | FC293 | 0 | warning: the faces look inwards |
+//! | FC294 | 0 | warning: the surface is cut at edges |
+//! | FC295 | 0 | warning: more groups than a file names |
+//! | FC300 | 0 | warning without a code of its own |
+//! | FC301 | 0 | warning: bytes after the end of the content |
+//! | FC302 | 0 | warning: vertices that no face uses |
+//! | FC303 | 0 | warning: vertices at NaN or infinity |
+//! | FC304 | 0 | warning: polygons that cross themselves |
+//! | FC305 | 0 | warning: polygons too tangled to triangulate |
+//! | FC311 to FC313 | 0 | warning: flattened meshes, ignored skins, ignored morph targets of a scene |
+//! | FC314, FC315 | 0 | warning: normals or colours of some meshes only |
+//! | FC321 to FC323 | 0 | warning: lines and points, free-form geometry, vertex weights of an OBJ |
+//! | FC324, FC325 | 0 | warning: material files that are outside the folder, or missing |
+//! | FC331 to FC335 | 0 | faces dropped: too few corners, a corner twice, at NaN or infinity, repeated, no surface |
 //! | FC412 | 4 | the report cannot be written |
 //! | FC413 | 4 | standard output cannot be written |
 //! | FC471 | 4 | the tree cannot be written |
 //! | FC472 | 4 | an output exists |
 //! | FC473 | 4 | an output is no regular file |
+//! | FC474 | 4 | the file to be replaced is neither tree nor report |
 //! | FC506 | 5 | the job needs more memory than allowed |
 //! | FC507 | 5 | the threads cannot be started |
 //! | FC571 | 5 | the tree is too large for the format |
@@ -46,12 +60,10 @@ pub(crate) struct Notice {
 
 /// Everything in the books that is not as it should be: oddities, then faces dropped.
 pub(crate) fn notices(tally: &Tally) -> Vec<Notice> {
-    let oddities = tally.warnings.iter().map(|w| Notice {
-        code: warning_code(w.code),
-        name: w.code,
-        message: w.message.clone(),
-        count: w.count,
-        says_count: w.count == 1,
+    let oddities = tally.warnings.iter().map(|w| {
+        let (code, name) = warning_code(w.code);
+        let says_count = w.count == 1 || w.message.starts_with(&format!("{} ", size::grouped(w.count)));
+        Notice { code, name, message: w.message.clone(), count: w.count, says_count }
     });
     let dropped = DropReason::ALL.into_iter().filter(|&r| tally.dropped.count(r) > 0).map(|reason| {
         let count = tally.dropped.count(reason);
@@ -74,9 +86,13 @@ pub(crate) fn notices(tally: &Tally) -> Vec<Notice> {
     oddities.chain(dropped).collect()
 }
 
-/// The stable code of a warning that the readers name.
-fn warning_code(name: &'static str) -> &'static str {
-    match name {
+/// The stable code and name of a warning; the readers give the name, the builder the code.
+fn warning_code(given: &'static str) -> (&'static str, &'static str) {
+    let code = match given {
+        "FC291" => return ("FC291", "mixed_colors"),
+        "FC293" => return ("FC293", "inward_faces"),
+        "FC295" => return ("FC295", "nameless_groups"),
+        "seam_edges" => "FC294",
         "trailing_bytes" => "FC301",
         "unused_vertices" => "FC302",
         "non_finite_vertices" => "FC303",
@@ -94,7 +110,8 @@ fn warning_code(name: &'static str) -> &'static str {
         "missing_material_files" => "FC325",
         code if code.starts_with("FC") => code,
         _ => "FC300",
-    }
+    };
+    (code, given)
 }
 
 fn drop_code(reason: DropReason) -> (&'static str, &'static str) {
@@ -113,8 +130,12 @@ pub(crate) fn warning_line(format: MessageFormat, file: Option<&Path>, notice: &
     match format {
         MessageFormat::Human => {
             let place = file.map(|f| format!("{}: ", f.display())).unwrap_or_default();
-            let times =
-                if *says_count { String::new() } else { format!(" ({} times)", size::grouped(*count)) };
+            let times = match size::grouped(*count) {
+                _ if *says_count => String::new(),
+                // The files before the first of several had fewer.
+                all if message.starts_with(|c: char| c.is_ascii_digit()) => format!(" ({all} in all)"),
+                all => format!(" ({all} times)"),
+            };
             format!("warning[{code}]: {place}{message}{times}")
         }
         MessageFormat::Json => json!({

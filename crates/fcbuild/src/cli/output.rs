@@ -3,11 +3,10 @@
 use super::settings::Settings;
 use fcbuild::Error;
 use fcbuild::error::ErrorKind;
-use fct::Writer;
+use fct::{Pending, Writer};
 use std::fs;
-use std::io::{self, Write as _};
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
 
 /// The outputs as temporaries beside their final places. Dropping them leaves nothing behind.
 pub(crate) struct Outputs {
@@ -22,7 +21,7 @@ impl Outputs {
     ///
     /// # Errors
     /// Usage when an output is an input, or both outputs are one; I/O when an output exists and may not be
-    /// replaced, is no regular file, or its folder cannot be written.
+    /// replaced, is something else than what would replace it or no regular file, or its folder cannot be written.
     pub(crate) fn prepare(settings: &Settings) -> Result<Outputs, Error> {
         let outputs = std::iter::once(&settings.output).chain(&settings.report);
         for output in outputs {
@@ -48,55 +47,57 @@ impl Outputs {
 }
 
 /// A report that is not there yet.
-pub(crate) struct PendingReport {
-    temporary: NamedTempFile,
-    target: PathBuf,
-    overwrite: bool,
-}
+pub(crate) struct PendingReport(Pending);
 
 impl PendingReport {
     fn create(target: &Path, overwrite: bool) -> Result<PendingReport, Error> {
-        if !overwrite && fs::symlink_metadata(target).is_ok() {
-            return Err(exists(target));
+        if overwrite {
+            spare_others(target)?;
         }
-        let folder = match target.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".report.").suffix(".fct-tmp");
-        #[cfg(unix)]
-        {
-            // The default is for the owner alone; a report is a file like any other, as the umask says.
-            use std::os::unix::fs::PermissionsExt as _;
-            builder.permissions(fs::Permissions::from_mode(0o666));
-        }
-        let temporary = builder
-            .tempfile_in(folder)
-            .map_err(|e| Error::io("FC412", target, "cannot create a file in this folder", &e))?;
-        Ok(PendingReport { temporary, target: target.to_owned(), overwrite })
+        Pending::create(target, overwrite).map(PendingReport).map_err(report_error)
     }
 
     /// Writes `text` and moves the file to its place.
     ///
     /// # Errors
     /// I/O, with the old file untouched.
-    pub(crate) fn finish(mut self, text: &str) -> Result<(), Error> {
-        let file = self.temporary.as_file_mut();
+    pub(crate) fn finish(self, text: &str) -> Result<(), Error> {
+        let PendingReport(pending) = self;
+        let mut file = pending.file();
         file.write_all(text.as_bytes())
-            .and_then(|()| file.sync_all())
-            .map_err(|e| Error::io("FC412", &self.target, "cannot write the report", &e))?;
-        let moved = if self.overwrite {
-            self.temporary.persist(&self.target)
-        } else {
-            self.temporary.persist_noclobber(&self.target)
-        };
-        match moved {
-            Ok(_) => Ok(()),
-            Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Err(exists(&self.target)),
-            Err(e) => Err(Error::io("FC412", &self.target, "cannot move the report to its place", &e.error)),
-        }
+            .map_err(|e| Error::io("FC412", pending.target(), "cannot write the report", &e))?;
+        pending.sync().and_then(|()| pending.publish()).map_err(report_error)
     }
+}
+
+/// Refuses to replace a file that is no JSON object: a report in the place of a mesh is a slip.
+fn spare_others(target: &Path) -> Result<(), Error> {
+    if !fs::symlink_metadata(target).is_ok_and(|found| found.is_file()) {
+        return Ok(());
+    }
+    let mut start = Vec::new();
+    fs::File::open(target)
+        .and_then(|file| file.take(64).read_to_end(&mut start))
+        .map_err(|e| Error::io("FC412", target, "cannot look what the file is that is to be replaced", &e))?;
+    if start.trim_ascii_start().starts_with(b"{") {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Io, "FC474", "the file is no report and is left alone")
+        .in_file(target)
+        .remedy("give the report another name"))
+}
+
+/// An error with the report as one of this program; the system's refusals have a code of their own.
+fn report_error(error: fct::Error) -> Error {
+    match error {
+        fct::Error::Io { path, what, source } => Error::io("FC412", &path, &what, &source),
+        fct::Error::Folder { path, problem, remedy } => folder_error("FC412", &path, problem, remedy),
+        other => writer_error(other),
+    }
+}
+
+fn folder_error(code: &'static str, path: &Path, problem: String, remedy: &str) -> Error {
+    Error::new(ErrorKind::Io, code, problem).in_file(path).remedy(remedy)
 }
 
 /// An error of the tree's writer as one of this program.
@@ -105,6 +106,12 @@ pub(crate) fn writer_error(error: fct::Error) -> Error {
     match &error {
         fct::Error::Io { path, what, source } => Error::io(code, path, what, source),
         fct::Error::Exists { path } => exists(path),
+        fct::Error::Folder { path, problem, remedy } => folder_error(code, path, problem.clone(), remedy),
+        fct::Error::NotATree { path } => {
+            Error::new(ErrorKind::Io, code, "the file is no .fct file and is left alone")
+                .in_file(path)
+                .remedy("give the output another name")
+        }
         fct::Error::NotAFile { path } => {
             Error::new(ErrorKind::Io, code, "not a regular file").in_file(path).remedy("name a .fct file")
         }
@@ -183,5 +190,10 @@ mod tests {
         PendingReport::create(&path, true).unwrap().finish("[]").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "[]");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        fs::write(&path, "ply").unwrap();
+        assert_eq!(PendingReport::create(&path, true).err().map(|e| e.code()), Some("FC474"));
+        let lost = folder.path().join("no").join("r.json");
+        let error = PendingReport::create(&lost, true).err().unwrap().to_string();
+        assert!(error.ends_with("no does not exist; make it first"), "{error}");
     }
 }

@@ -113,7 +113,7 @@ impl Report {
                 split: meta.split.clone(),
                 weld: meta.weld.clone(),
                 threads: settings.threads,
-                max_memory: settings.max_memory,
+                max_memory: settings.max_memory.as_ref().map(|limit| limit.bytes),
                 strict: settings.strict,
             },
             counts: Counts {
@@ -145,7 +145,7 @@ impl Report {
             memory: Memory {
                 peak_bytes: memory::peak(),
                 estimated_bytes: made.estimate,
-                limit_bytes: settings.max_memory,
+                limit_bytes: settings.max_memory.as_ref().map(|limit| limit.bytes),
             },
             file: FilePart {
                 bytes: written.bytes,

@@ -1,15 +1,13 @@
 //! What was meant: flags with their defaults resolved.
 
-use super::flags::{Flags, MessageFormat, ProgressFlag};
+use super::flags::{Flags, MAX_THREADS, MessageFormat, ProgressFlag};
 use super::memory;
+use super::size::Size;
 use fcbuild::error::ErrorKind;
 use fcbuild::mesh::Weld;
 use fcbuild::{Error, SplitMode};
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
-
-/// More threads than this only cost memory: the serial parts dominate long before.
-const MAX_THREADS: u32 = 256;
 
 /// How to do the job.
 #[derive(Clone, Debug)]
@@ -27,7 +25,7 @@ pub(crate) struct Settings {
     /// Threads of the pool.
     pub(crate) threads: usize,
     /// Bytes that the job may take, as far as they are known.
-    pub(crate) max_memory: Option<u64>,
+    pub(crate) max_memory: Option<Size>,
     /// Whether outputs may be replaced.
     pub(crate) force: bool,
     /// Whether repairs are errors.
@@ -74,7 +72,7 @@ impl Settings {
             split: flags.split.into(),
             weld: flags.weld,
             threads: flags.threads.map_or_else(cores, |n| n as usize).min(MAX_THREADS as usize),
-            max_memory: flags.max_memory.or_else(memory::default_limit),
+            max_memory: flags.max_memory.clone().or_else(|| memory::default_limit().map(Size::of_bytes)),
             force: flags.force,
             strict: flags.strict,
             progress: match (flags.progress, terminal) {

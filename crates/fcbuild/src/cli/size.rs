@@ -1,7 +1,51 @@
 //! Numbers of bytes and of things, read and written as people do.
 
+use std::fmt;
+
+/// A number of bytes that is spoken of in the unit in which it was typed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Size {
+    /// Above 0.
+    pub(crate) bytes: u64,
+    /// What was typed, its unit, and the bytes of that; `None` for a size that nobody typed.
+    typed: Option<(String, String, f64)>,
+}
+
+impl Size {
+    /// A size that nobody typed.
+    pub(crate) fn of_bytes(bytes: u64) -> Size {
+        Size { bytes, typed: None }
+    }
+
+    /// Writes `n` bytes in this size's unit, rounded up, so that more than this size also reads as more.
+    pub(crate) fn same_unit(&self, n: u64) -> String {
+        match &self.typed {
+            Some((_, unit, factor)) if *factor > 1.0 => {
+                let value = n as f64 / factor;
+                if value < 10.0 {
+                    format!("{:.1}{unit}", (value * 10.0).ceil() / 10.0)
+                } else {
+                    format!("{}{unit}", grouped(value.ceil() as u64))
+                }
+            }
+            Some(_) => format!("{} bytes", grouped(n)),
+            None => bytes(n),
+        }
+    }
+}
+
+/// As it was typed, or with a decimal unit.
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.typed {
+            Some((text, _, factor)) if *factor > 1.0 => f.write_str(text),
+            _ => f.write_str(&self.same_unit(self.bytes)),
+        }
+    }
+}
+
 /// Reads `800M`, `1.5GiB`, `2GB` or plain bytes. K, M, G and T alone are binary, with B decimal.
-pub(crate) fn parse(text: &str) -> Result<u64, String> {
+pub(crate) fn parse(text: &str) -> Result<Size, String> {
     let refused = || "expected a size above 0 such as 800M, 6GiB or 1.5GB".to_owned();
     let text = text.trim();
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
@@ -20,7 +64,9 @@ pub(crate) fn parse(text: &str) -> Result<u64, String> {
     };
     match number.parse::<f64>() {
         // The cast saturates, and a limit above 2^64 bytes is no limit.
-        Ok(n) if n * factor >= 1.0 => Ok((n * factor) as u64),
+        Ok(n) if n * factor >= 1.0 => {
+            Ok(Size { bytes: (n * factor) as u64, typed: Some((text.to_owned(), unit.to_owned(), factor)) })
+        }
         _ => Err(refused()),
     }
 }
@@ -70,11 +116,25 @@ mod tests {
             ("3 MB", 3_000_000),
             ("1T", 1 << 40),
         ] {
-            assert_eq!(parse(text), Ok(expected), "{text}");
+            assert_eq!(parse(text).map(|size| size.bytes), Ok(expected), "{text}");
         }
         for text in ["", "0", "-1", "G", "1 X", "1e3", "..", "0.1"] {
             assert!(parse(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_size_is_spoken_of_as_it_was_typed() {
+        for (text, said, other) in [
+            ("300M", "300M", "477M"),
+            ("0.5 GiB", "0.5 GiB", "0.5 GiB"),
+            ("2048", "2,048 bytes", "500,000,000 bytes"),
+        ] {
+            let size = parse(text).unwrap();
+            assert_eq!((size.to_string(), size.same_unit(500_000_000)), (said.to_owned(), other.to_owned()));
+        }
+        let size = Size::of_bytes(512_300_000);
+        assert_eq!((size.to_string(), size.same_unit(1_500)), ("512 MB".to_owned(), "1.5 kB".to_owned()));
     }
 
     #[test]

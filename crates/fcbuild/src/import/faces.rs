@@ -44,14 +44,13 @@ impl<'a> Vertices<'a> {
                 .all(|&c| self.positions.get(c as usize).is_some_and(|p| p.iter().all(|x| x.is_finite())))
     }
 
-    /// How many vertices have a coordinate that is NaN or infinite.
-    fn non_finite(&self) -> u64 {
-        let count = match self.positions {
-            _ if !self.tainted => 0,
-            Positions::F32(v) => v.iter().filter(|p| p.iter().any(|c| !c.is_finite())).count(),
-            Positions::F64(v) => v.iter().filter(|p| p.iter().any(|c| !c.is_finite())).count(),
-        };
-        count as u64
+    /// How many vertices have a coordinate that is NaN or infinite, and the first of them.
+    fn non_finite(&self) -> (u64, usize) {
+        let bad = |i: &usize| self.positions.get(*i).is_some_and(|p| p.iter().any(|x| !x.is_finite()));
+        let all = if self.tainted { self.positions.len() } else { 0 };
+        let mut found = (0..all).filter(bad);
+        let first = found.next();
+        (first.map_or(0, |_| 1_u64.saturating_add(found.count() as u64)), first.unwrap_or_default())
     }
 }
 
@@ -152,10 +151,17 @@ impl Faces {
     /// Closes the books and hands over the triangles; fails when nothing is left to build from.
     pub(super) fn finish(mut self, vertices: &Vertices<'_>) -> Result<(Vec<[u32; 3]>, Tally), Error> {
         let tally = &mut self.tally;
+        let (count, first) = vertices.non_finite();
+        let non_finite = match count {
+            1 => format!("vertex {first}, counted from 0, lies at NaN or infinity"),
+            _ => format!(
+                "{count} vertices lie at NaN or infinity, the first is vertex {first}, counted from 0"
+            ),
+        };
         tally.warn(
             "non_finite_vertices",
-            vertices.non_finite(),
-            "vertices at NaN or infinity; the faces that use them are dropped",
+            count,
+            format!("{non_finite}; faces that use such a vertex are dropped"),
         );
         tally.warn(
             "self_crossing_polygons",
@@ -168,10 +174,21 @@ impl Faces {
             "polygons are too tangled to triangulate in bounded time; the rest of each is a fan",
         );
         if self.triangles.is_empty() {
+            let lost = tally.dropped.count(DropReason::NonFinite);
             let message = match tally.polygons_in {
                 0 => "the file has no faces".to_owned(),
+                1 => "the file's only face cannot be used".to_owned(),
                 n => format!("none of the file's {n} faces can be used"),
             };
+            if lost > 0 {
+                let share = if lost == tally.polygons_in {
+                    String::new()
+                } else {
+                    format!(", and {lost} of the faces use such vertices")
+                };
+                return Err(Error::bad_input("FC207", format!("{message}: {non_finite}{share}"))
+                    .remedy("mend the coordinates, or export the mesh again"));
+            }
             return Err(Error::bad_input("FC207", message)
                 .remedy("fcbuild needs polygons; reconstruct a surface from points or lines first"));
         }

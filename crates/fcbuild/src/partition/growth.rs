@@ -1,7 +1,7 @@
 //! Growing two connected clusters from the seeds on either side of a plane.
 //!
 //! # Paper
-//! [Tsuji07] 4.2: seeds by eq. 16, growth in steps 1 to 3.
+//! `[Tsuji07]` 4.2: seeds by eq. 16, growth in steps 1 to 3.
 
 use super::side::Side;
 use crate::mesh::NONE;

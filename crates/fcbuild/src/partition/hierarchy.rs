@@ -9,7 +9,7 @@ pub struct Split {
     pub left_faces: u32,
     /// True above the roots of components: the node's faces are not connected, so it is never drawn.
     pub joins_components: bool,
-    /// Mean square distance of the cluster from its plane, in square normal units ([Tsuji07] 4.1).
+    /// Mean square distance of the cluster from its plane, in square normal units (`[Tsuji07]` 4.1).
     pub epsilon: f64,
     /// Unit normal of the cluster's plane, on the side of the mean normal; zero if it has none.
     pub normal: Vec3,

@@ -1,7 +1,7 @@
 //! Recursive face cluster partitioning: from components of faces to one binary tree.
 //!
 //! # Paper
-//! [Tsuji07] 4.1 and 4.2: a cluster is cut by a plane through its centroid, perpendicular to the principal vector
+//! `[Tsuji07]` 4.1 and 4.2: a cluster is cut by a plane through its centroid, perpendicular to the principal vector
 //! of the position covariance (PCA) or of the canonical correlation of normals with positions (CCA); two clusters
 //! grow from the faces farthest to either side, and of the two cuts the one with the smaller summed error is kept.
 //!
@@ -23,7 +23,7 @@ use crate::mesh::{Components, Mesh};
 /// How a cluster is cut in two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SplitMode {
-    /// The better of the two cuts below, as [Tsuji07] does.
+    /// The better of the two cuts below, as `[Tsuji07]` does.
     Paper,
     /// Across the principal component of the positions (eq. 8).
     Pca,

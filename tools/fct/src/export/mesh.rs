@@ -20,6 +20,8 @@ pub(crate) struct Mesh {
     pub(crate) colors: Option<Vec<[u8; 4]>>,
     /// Indices into the vertices, counter-clockwise.
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// Where the triangles of each group begin, with its name; empty when the tree has no groups.
+    pub(crate) groups: Vec<(usize, String)>,
     /// Triangles left out because two of their corners are copies of one vertex.
     pub(crate) collapsed: u64,
 }
@@ -28,14 +30,17 @@ impl Mesh {
     /// Collects what `cut` uses. Copies that the builder made along seams become one vertex again.
     ///
     /// # Errors
-    /// An invalid file when a triangle names a vertex that is not there.
+    /// An invalid file when a triangle names a vertex that is not there, or a group a face.
     pub(crate) fn new(tree: &Tree, cut: &Extraction) -> Result<Mesh, Error> {
         let stored = tree.vertices();
         let mut place = vec![UNUSED; stored.len()];
         let mut used: Vec<u32> = Vec::new();
         let mut triangles = Vec::with_capacity(cut.indices.len() / 3);
         let mut collapsed = 0;
+        let group_of = group_of_vertices(tree)?;
+        let (mut groups, mut group) = (Vec::new(), None);
         for corners in cut.indices.as_chunks::<3>().0 {
+            let of_this = corners.first().and_then(|&v| group_of.get(v as usize)).copied();
             let corners = corners.map(|v| original(tree, v));
             let [a, b, c] = corners;
             if a == b || b == c || c == a {
@@ -54,6 +59,10 @@ impl Mesh {
                 }
                 *index = *place;
             }
+            if of_this != group {
+                group = of_this;
+                groups.push((triangles.len(), group_name(tree, of_this)));
+            }
             triangles.push(triangle);
         }
         drop(place);
@@ -64,7 +73,7 @@ impl Mesh {
             .map(|all| used.iter().filter_map(|&v| all.get(v as usize)).map(|n| n.decode()).collect());
         let colors =
             tree.colors().map(|all| used.iter().filter_map(|&v| all.get(v as usize)).copied().collect());
-        Ok(Mesh { vertices, origin: tree.meta().origin, normals, colors, triangles, collapsed })
+        Ok(Mesh { vertices, origin: tree.meta().origin, normals, colors, triangles, groups, collapsed })
     }
 
     /// Whether the stored positions are the input's coordinates.
@@ -97,6 +106,33 @@ pub(crate) struct Corner {
     pub(crate) normal: Option<[f32; 3]>,
     /// The colour, if the mesh has colours.
     pub(crate) color: Option<[u8; 4]>,
+}
+
+/// The group of each vertex; empty when the tree has no groups.
+///
+/// The builder cuts the surface where groups meet, so that no vertex belongs to two.
+fn group_of_vertices(tree: &Tree) -> Result<Vec<u32>, Error> {
+    if tree.groups().is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut group_of = vec![UNUSED; tree.vertices().len()];
+    for (group, record) in (0..).zip(tree.groups()) {
+        let first = record.first_face.get();
+        for face in first..first.saturating_add(record.face_count.get()) {
+            for v in tree.face(face)? {
+                if let Some(slot) = group_of.get_mut(v as usize) {
+                    *slot = group;
+                }
+            }
+        }
+    }
+    Ok(group_of)
+}
+
+fn group_name(tree: &Tree, group: Option<u32>) -> String {
+    let record = group.and_then(|g| tree.groups().get(g as usize));
+    let name = record.and_then(|r| tree.meta().group_names.get(r.name.get() as usize));
+    name.cloned().unwrap_or_default()
 }
 
 /// The vertex that `v` is a copy of, or `v`.

@@ -1,20 +1,31 @@
 //! `fct export`: a cut of the tree as a mesh file.
 
+mod interrupt;
 mod mesh;
 mod obj;
 mod output;
 mod ply;
 
 use crate::error::Error;
-use crate::grouped::grouped;
+use crate::grouped::counted;
 use fcextract::{Budget, Extraction, Order, Perspective, Selection, extract, fit};
 use fct::Tree;
 use glam::DVec3;
+use interrupt::Interrupt;
 use mesh::Mesh;
-use output::PendingFile;
 use std::fmt;
-use std::io::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
 use std::path::PathBuf;
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::thread;
+use std::time::Duration;
+
+/// Fewer calls of the system than with the default, which shows on large meshes.
+const BUFFER: usize = 1 << 20;
+
+/// How long a signal may wait to be noticed.
+const LISTEN_EVERY: Duration = Duration::from_millis(50);
 
 /// What to export, and where to.
 #[derive(Clone, Debug)]
@@ -73,30 +84,72 @@ pub(crate) struct Exported {
     clusters: u64,
     collapsed: u64,
     bound: f32,
+    by_budget: bool,
 }
 
-/// Exports; the output is there as a whole or not at all.
+/// Exports; the output is there as a whole or not at all, also when a signal stops the program.
 ///
 /// # Errors
 /// Usage when the output is the input or the selection is empty, I/O when the output exists or cannot be written,
 /// a limit when not even the coarsest mesh is within the budget, an invalid file when the tree is damaged.
 pub(crate) fn run(settings: &Settings) -> Result<Exported, Error> {
+    // Before the temporary is made, so that no signal can leave it behind.
+    let interrupt = Interrupt::watch();
     let tree = Tree::open(&settings.input)?;
-    let mut pending = PendingFile::create(&settings.output, &settings.input, settings.force)?;
+    let pending = output::prepare(&settings.output, &settings.input, settings.force)?;
+    let file = pending.file().try_clone().map_err(|source| Error::Write {
+        path: settings.output.clone(),
+        what: "cannot write the mesh",
+        source,
+    })?;
+    // The main thread keeps the temporary, to remove it when a signal comes; the job's thread ends with the process.
+    let (sender, receiver) = sync_channel(1);
+    let job = {
+        let settings = settings.clone();
+        thread::Builder::new().name("export".to_owned()).spawn(move || {
+            // Nobody listens any more after a signal.
+            let _ = sender.send(write(&tree, &settings, &file));
+        })
+    };
+    job.map_err(Error::Thread)?;
+    let exported = loop {
+        match receiver.recv_timeout(LISTEN_EVERY) {
+            Ok(done) => break done?,
+            Err(RecvTimeoutError::Timeout) => {
+                if let Some(exit) = interrupt.exit_code() {
+                    return Err(Error::Interrupted { exit });
+                }
+            }
+            // The job has panicked and said so.
+            Err(RecvTimeoutError::Disconnected) => return Err(Error::Bug),
+        }
+    };
+    // A signal that came too late to be noticed above still finds the output as it was.
+    if let Some(exit) = interrupt.exit_code() {
+        return Err(Error::Interrupted { exit });
+    }
+    output::publish(pending)?;
+    Ok(exported)
+}
+
+/// Selects, and writes the mesh into `file`.
+fn write(tree: &Tree, settings: &Settings, file: &File) -> Result<Exported, Error> {
     let mut cut = Extraction::default();
-    select(&tree, settings, &mut cut)?;
-    let mesh = Mesh::new(&tree, &cut)?;
+    select(tree, settings, &mut cut)?;
+    let mesh = Mesh::new(tree, &cut)?;
     if mesh.triangles.is_empty() {
         return Err(Error::Empty);
     }
-    let mut out = pending.writer();
+    let mut out = BufWriter::with_capacity(BUFFER, file);
     let written = match settings.format {
         Format::Ply => ply::write(&mesh, &mut out),
         Format::Obj => obj::write(&mesh, &mut out),
     };
-    let flushed = written.and_then(|()| out.flush());
-    drop(out);
-    pending.finish(flushed)?;
+    written.and_then(|()| out.flush()).map_err(|source| Error::Write {
+        path: settings.output.clone(),
+        what: "cannot write the mesh",
+        source,
+    })?;
     Ok(Exported {
         output: settings.output.clone(),
         triangles: mesh.triangles.len() as u64,
@@ -104,13 +157,14 @@ pub(crate) fn run(settings: &Settings) -> Result<Exported, Error> {
         clusters: cut.stats.clusters,
         collapsed: mesh.collapsed,
         bound: cut.stats.bound,
+        by_budget: matches!(settings.detail, Detail::Triangles(_) | Detail::Clusters(_)),
     })
 }
 
 fn select(tree: &Tree, settings: &Settings, cut: &mut Extraction) -> Result<(), Error> {
     let (budget, things, asked) = match settings.detail {
-        Detail::Triangles(n) => (Budget::Triangles(n), "triangles", n),
-        Detail::Clusters(n) => (Budget::Clusters(n), "clusters", n),
+        Detail::Triangles(n) => (Budget::Triangles(n), "triangle", n),
+        Detail::Clusters(n) => (Budget::Clusters(n), "cluster", n),
         Detail::Full => return Ok(extract(tree, &Selection::full(), cut)?),
         Detail::Distance(distance) => {
             return Ok(extract(tree, &Selection::uniform(distance, Order::Bound), cut)?);
@@ -121,13 +175,20 @@ fn select(tree: &Tree, settings: &Settings, cut: &mut Extraction) -> Result<(), 
             return Ok(extract(tree, &Selection::perspective(view, Order::Bound), cut)?);
         }
     };
-    if fit(tree, budget, cut)?.within {
-        return Ok(());
-    }
-    let found = match budget {
+    let count = |cut: &Extraction| match budget {
         Budget::Triangles(_) => cut.stats.triangles,
         Budget::Clusters(_) => cut.stats.clusters,
     };
+    if fit(tree, budget, cut)?.within {
+        return Ok(());
+    }
+    // The other order keeps other vertices, and its coarsest mesh may be smaller.
+    let by_budget = count(cut);
+    extract(tree, &Selection::uniform(f64::INFINITY, Order::Bound), cut)?;
+    if count(cut) <= asked {
+        return Ok(());
+    }
+    let found = by_budget.min(count(cut));
     Err(Error::Budget { path: settings.input.clone(), things, asked, found })
 }
 
@@ -135,15 +196,20 @@ impl fmt::Display for Exported {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "wrote {}: {} triangles, {} vertices, {} clusters; no point of the surface is farther off than {}",
+            "wrote {}: {}, {}, {}; no point of the surface is farther off than {}",
             self.output.display(),
-            grouped(self.triangles),
-            grouped(self.vertices),
-            grouped(self.clusters),
+            counted(self.triangles, "triangle", "triangles"),
+            counted(self.vertices, "vertex", "vertices"),
+            counted(self.clusters, "cluster", "clusters"),
             self.bound
         )?;
+        if self.by_budget {
+            // The largest bound among the clusters says little about a mesh that was not chosen by it.
+            f.write_str(", a loose bound, since a budget does not go by it (--error does)")?;
+        }
         if self.collapsed > 0 {
-            write!(f, "; {} triangles without area left out", grouped(self.collapsed))?;
+            let what = counted(self.collapsed, "triangle", "triangles");
+            write!(f, "; {what} without area left out")?;
         }
         Ok(())
     }

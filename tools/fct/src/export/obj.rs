@@ -4,7 +4,8 @@ use super::mesh::Mesh;
 use std::io::{self, Write};
 
 /// Writes `mesh`. Numbers have as many digits as it takes to read the same number again; colours follow the
-/// coordinates, 0 to 1, without alpha, as most programs that know them expect.
+/// coordinates, 0 to 1, without alpha, as most programs that know them expect. The
+/// tree's groups become objects, with their names.
 pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "# written by fct {}", env!("CARGO_PKG_VERSION"))?;
     for corner in mesh.corners() {
@@ -24,7 +25,14 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     for [x, y, z] in mesh.normals.iter().flatten() {
         writeln!(out, "vn {x} {y} {z}")?;
     }
-    for triangle in &mesh.triangles {
+    let mut groups = mesh.groups.iter().peekable();
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        if let Some((_, name)) = groups.next_if(|(start, _)| *start == i) {
+            // A name ends at the first space.
+            let word = |c: char| if c.is_whitespace() || c.is_control() { '_' } else { c };
+            let name: String = name.chars().map(word).collect();
+            writeln!(out, "o {}", if name.is_empty() { "unnamed" } else { &name })?;
+        }
         // Indices count from 1.
         let [a, b, c] = triangle.map(|v| u64::from(v) + 1);
         if mesh.normals.is_some() {
@@ -54,6 +62,7 @@ mod tests {
             normals: None,
             colors: Some(vec![[255, 0, 51, 9]; 3]),
             triangles: vec![[2, 0, 1]],
+            groups: Vec::new(),
             collapsed: 0,
         };
         let plain = text(&mesh);
@@ -64,6 +73,9 @@ mod tests {
         mesh.origin = [4e6, 0.0, 0.0];
         let moved = text(&mesh);
         assert!(moved.contains("v 4000001 0 0 "), "{moved}");
+        assert!(!moved.contains("o "), "{moved}");
+        mesh.groups = vec![(0, "left wing".to_owned())];
+        assert!(text(&mesh).contains("vn 0 0 1\no left_wing\nf 3//3"), "{}", text(&mesh));
         assert!(moved.contains("vn 0 0 1\n") && moved.ends_with("f 3//3 1//1 2//2\n"), "{moved}");
     }
 }

@@ -68,6 +68,7 @@ mod tests {
             normals: Some(vec![[0.0, 0.0, 1.0]; 3]),
             colors: Some(vec![[1, 2, 3, 4]; 3]),
             triangles: vec![[0, 1, 2]],
+            groups: Vec::new(),
             collapsed: 0,
         }
     }
