@@ -19,7 +19,7 @@ pub(crate) fn to_text(tree: &Tree) -> String {
     };
     line("format", format!("fct {}.{}, {} bytes", header.major, header.minor, grouped(header.file_len)));
     line("made by", format!("{} (--split {}, --weld {})", meta.generator, meta.split, meta.weld));
-    line("made of", meta.source.clone());
+    line("made of", printable(&meta.source));
     let dropped: Vec<_> =
         meta.dropped.iter().map(|(why, n)| format!(", {} dropped: {why}", grouped(*n))).collect();
     line(
@@ -54,7 +54,7 @@ pub(crate) fn to_text(tree: &Tree) -> String {
         line("origin", format!("{} {} {}, to be added", meta.origin[0], meta.origin[1], meta.origin[2]));
     }
     if !meta.group_names.is_empty() {
-        let names: Vec<_> = meta.group_names.iter().take(LISTED_GROUPS).map(String::as_str).collect();
+        let names: Vec<_> = meta.group_names.iter().take(LISTED_GROUPS).map(|n| printable(n)).collect();
         let more = if meta.group_names.len() > LISTED_GROUPS { ", ..." } else { "" };
         line("groups", format!("{}: {}{more}", meta.group_names.len(), names.join(", ")));
     }
@@ -119,4 +119,27 @@ pub(crate) fn to_json(tree: &Tree) -> String {
         "sections": sections,
     });
     format!("{object:#}")
+}
+
+/// A text from a file without what would steer the terminal.
+fn printable(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() {
+            out.extend(c.escape_default());
+        } else {
+            out.push(c);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::printable;
+
+    #[test]
+    fn a_name_cannot_steer_the_terminal() {
+        assert_eq!(printable("ear \u{1b}[2J\nÄ"), "ear \\u{1b}[2J\\nÄ");
+    }
 }
