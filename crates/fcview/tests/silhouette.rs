@@ -117,7 +117,7 @@ fn silhouettes_stay_within_a_pixel_and_a_half() {
 }
 
 #[test]
-#[ignore = "needs the scans that FCT_DATA names"]
+#[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
 fn scans() {
     let folder = std::env::var_os("FCT_DATA").expect("set FCT_DATA to a folder that holds dragon.ply");
     check("dragon", &PathBuf::from(folder).join("dragon.ply"), 20, [1280, 720]);

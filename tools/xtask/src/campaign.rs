@@ -10,7 +10,7 @@ pub(crate) struct Args {
     /// Folder with bunny.ply, armadillo.ply and dragon.ply of the Stanford 3D Scanning Repository.
     #[arg(long, env = "FCT_DATA", value_name = "DIR")]
     scans: Option<PathBuf>,
-    /// Only the tests of one promise: a file of tests/tests, such as `cracks`.
+    /// Only the tests of one promise: a file of tests, such as `cracks` or `silhouette`.
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
 }
@@ -18,7 +18,7 @@ pub(crate) struct Args {
 /// Runs them by cargo, in release, and shows what they count.
 pub(crate) fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.args(["test", "--release", "--package", "fctests", "--no-fail-fast"]);
+    command.args(["test", "--release", "--package", "fctests", "--package", "fcview", "--no-fail-fast"]);
     if let Some(name) = &args.only {
         command.args(["--test", name]);
     }

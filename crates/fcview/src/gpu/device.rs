@@ -193,16 +193,8 @@ fn choose_adapter(
         wgpu::DeviceType::Other => 3,
         wgpu::DeviceType::Cpu => 4,
     });
-    adapters.into_iter().next().ok_or_else(|| Error::NoAdapter { backends: backend_names(backends) })
-}
-
-/// The names of the backends of a set that this program was built with.
-fn backend_names(backends: wgpu::Backends) -> String {
-    let built = wgpu::Instance::enabled_backend_features() & backends;
-    let names: Vec<&str> = wgpu::Backend::ALL
+    adapters
         .into_iter()
-        .filter(|backend| built.contains(wgpu::Backends::from(*backend)))
-        .map(wgpu::Backend::to_str)
-        .collect();
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        .next()
+        .ok_or_else(|| Error::NoAdapter { backends: crate::error::built_backends(backends) })
 }
