@@ -118,6 +118,11 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     };
     let hierarchy = partition::partition(&mesh, &components, options.split, &count);
     meta.depth = hierarchy.depth();
+    if hierarchy.mode != options.split {
+        meta.split = hierarchy.mode.as_str().to_owned();
+        let message = "merging made a tree deeper than the format allows; it was split from the top instead";
+        tally.warn("FC296", 1, message);
+    }
     clock.lap(Phase::Partition);
 
     tell(Phase::Boundaries, 0);
@@ -133,7 +138,8 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     let component_count = components.len();
     drop(components);
     let mesh = TreeMesh::new(mesh, &hierarchy);
-    let splits = hierarchy.splits;
+    let mode = hierarchy.mode;
+    let mut splits = hierarchy.splits;
     let loops = Loops::of(&mesh, &splits);
     clock.lap(Phase::Boundaries);
 
@@ -149,6 +155,9 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     }
     let measure = |at: corners::Cornered<'_>| bounds::measure(&mesh, &splits[at.node], &at);
     let (registrations, measured) = corners::register(&mesh, &splits, &loops, &anchored, &measure);
+    if mode == SplitMode::Quality {
+        bounds::raise_keys(&mut splits, |i| measured[i].bound);
+    }
     let nodes = bounds::combine(&mesh, &splits, &measured);
     let mut activity = activity::gather(&mesh.weld, &registrations, &curve_records, &nodes);
     let keys: Vec<f64> = activity.iter().map(|a| a.bound).collect();

@@ -27,6 +27,7 @@
 //! | FC293 | 0 | warning: the faces look inwards |
 //! | FC294 | 0 | warning: the surface is cut at edges (command) |
 //! | FC295 | 0 | warning: more groups than a file names |
+//! | FC296 | 0 | warning: a merged tree was too deep and was split from the top |
 //! | FC300 to FC325 | 0 | warnings of the readers (command) |
 //! | FC331 to FC335 | 0 | faces dropped, by reason (command) |
 //! | FC401 | 4 | a file cannot be opened |

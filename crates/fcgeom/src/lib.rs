@@ -35,4 +35,4 @@ pub use plane::{Plane, tangent_frame};
 pub use point_pca::point_covariance;
 pub use rounding::{round_down, round_up};
 pub use sphere::Sphere;
-pub use symmetric::{Eigen, SymMat3, eigen};
+pub use symmetric::{Eigen, SymMat3, eigen, smallest_eigenvalue};

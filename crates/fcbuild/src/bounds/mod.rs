@@ -3,6 +3,8 @@
 mod bounding_polygon;
 mod distance;
 mod node;
+mod outliers;
 
 pub use bounding_polygon::BoundingPolygon;
 pub use node::{Measured, NodeBounds, combine, measure};
+pub use outliers::raise_keys;

@@ -98,7 +98,7 @@ pub fn combine(mesh: &TreeMesh, splits: &[Split], measured: &[Measured]) -> Vec<
         .map(|(s, m)| {
             // A node that must be refined in every order: the root of a closed surface, a join of components.
             let never_drawn = m.bound == f64::INFINITY;
-            let budget = if never_drawn { f64::INFINITY } else { s.epsilon.sqrt() };
+            let budget = if never_drawn { f64::INFINITY } else { s.key };
             NodeBounds { bound: m.bound, budget, sphere: m.sphere, cone: m.cone }
         })
         .collect();

@@ -34,8 +34,8 @@ pub(crate) struct Flags {
     /// The tree to write
     #[arg(short, long, value_name = "OUT.fct")]
     pub(crate) output: PathBuf,
-    /// How clusters are cut in two: across positions (pca), by normals (cca), or the better of both (paper)
-    #[arg(long, value_enum, value_name = "paper|pca|cca", default_value_t = SplitFlag::Paper, hide_possible_values = true)]
+    /// How the tree is made: by merging where that saves most triangles for its error (quality), or Garland's way (merge); or by cutting clusters in two across positions (pca), by normals (cca), or the better of both (paper)
+    #[arg(long, value_enum, value_name = "quality|paper|pca|cca|merge", default_value_t = SplitFlag::Quality, hide_possible_values = true)]
     pub(crate) split: SplitFlag,
     /// Threads, 1 to 256; the output does not depend on it [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_THREADS), allow_negative_numbers = true)]
@@ -66,17 +66,23 @@ pub(crate) struct Flags {
 /// `--split`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SplitFlag {
-    /// The better of the two below.
+    /// Bottom-up, by error for each triangle saved.
+    Quality,
+    /// Top-down, the better of the two below.
     Paper,
     /// Principal component analysis.
     Pca,
     /// Canonical correlation analysis.
     Cca,
+    /// Bottom-up, after Garland.
+    Merge,
 }
 
 impl From<SplitFlag> for SplitMode {
     fn from(flag: SplitFlag) -> SplitMode {
         match flag {
+            SplitFlag::Quality => SplitMode::Quality,
+            SplitFlag::Merge => SplitMode::Merge,
             SplitFlag::Paper => SplitMode::Paper,
             SplitFlag::Pca => SplitMode::Pca,
             SplitFlag::Cca => SplitMode::Cca,
@@ -143,7 +149,7 @@ mod tests {
         assert_eq!(flags.weld, Weld::Within(0.5));
         assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ProgressFlag::Never));
         let plain = parse("a.ply -o c.fct").unwrap();
-        assert_eq!((plain.split, plain.weld, plain.force), (SplitFlag::Paper, Weld::Exact, false));
+        assert_eq!((plain.split, plain.weld, plain.force), (SplitFlag::Quality, Weld::Exact, false));
     }
 
     #[test]
@@ -152,7 +158,7 @@ mod tests {
             "",
             "a.ply",
             "-o c.fct",
-            "a.ply -o c.fct --split quality",
+            "a.ply -o c.fct --split best",
             "a.ply -o c.fct --threads 0",
             "a.ply -o c.fct --threads 257",
             "a.ply -o c.fct --threads -1",

@@ -12,6 +12,7 @@
 //! | FC293 | 0 | warning: the faces look inwards |
 //! | FC294 | 0 | warning: the surface is cut at edges |
 //! | FC295 | 0 | warning: more groups than a file names |
+//! | FC296 | 0 | warning: a merged tree was too deep and was split from the top |
 //! | FC300 | 0 | warning without a code of its own |
 //! | FC301 | 0 | warning: bytes after the end of the content |
 //! | FC302 | 0 | warning: vertices that no face uses |
@@ -92,6 +93,7 @@ fn warning_code(given: &'static str) -> (&'static str, &'static str) {
         "FC291" => return ("FC291", "mixed_colors"),
         "FC293" => return ("FC293", "inward_faces"),
         "FC295" => return ("FC295", "nameless_groups"),
+        "FC296" => return ("FC296", "split_instead"),
         "seam_edges" => "FC294",
         "trailing_bytes" => "FC301",
         "unused_vertices" => "FC302",

@@ -9,6 +9,7 @@ pub(crate) mod units;
 mod weld;
 
 pub use components::Components;
+pub(crate) use dual_graph::origin;
 pub use dual_graph::{DualGraph, EdgeKind, NONE};
 pub use units::Units;
 pub use weld::Weld;

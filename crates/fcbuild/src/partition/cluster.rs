@@ -90,6 +90,8 @@ impl Shape {
             left_faces: left_faces as u32,
             joins_components: false,
             epsilon: self.epsilon(),
+            key: self.epsilon().sqrt(),
+            offset: normal.dot(self.centroid()),
             normal: normal.as_vec3(),
         }
     }

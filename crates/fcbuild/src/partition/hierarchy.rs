@@ -1,5 +1,6 @@
 //! The binary tree of clusters, before anything is measured on it.
 
+use super::SplitMode;
 use glam::Vec3;
 
 /// An interior node: how many faces go left, and the plane of the whole cluster.
@@ -11,13 +12,23 @@ pub struct Split {
     pub joins_components: bool,
     /// Mean square distance of the cluster from its plane, in square normal units (`[Tsuji07]` 4.1).
     pub epsilon: f64,
+    /// Budget key, a length in normal units: nodes of larger keys are refined first. Not monotone yet.
+    pub key: f64,
+    /// Where the plane is: `normal . x` for its points, in normal units.
+    pub offset: f64,
     /// Unit normal of the cluster's plane, on the side of the mean normal; zero if it has none.
     pub normal: Vec3,
 }
 
 impl Split {
-    pub(super) const EMPTY: Split =
-        Split { left_faces: 0, joins_components: false, epsilon: 0.0, normal: Vec3::ZERO };
+    pub(super) const EMPTY: Split = Split {
+        left_faces: 0,
+        joins_components: false,
+        epsilon: 0.0,
+        key: 0.0,
+        offset: 0.0,
+        normal: Vec3::ZERO,
+    };
 }
 
 /// A binary tree over faces whose nodes stand in preorder.
@@ -31,6 +42,8 @@ pub struct Hierarchy {
     pub splits: Vec<Split>,
     /// The mesh's face at each place of the tree's order.
     pub order: Vec<u32>,
+    /// How it was made: as asked, or by [`SplitMode::Paper`] where merging made it too deep.
+    pub mode: SplitMode,
 }
 
 impl Hierarchy {

@@ -13,6 +13,7 @@ mod balance;
 mod cluster;
 mod growth;
 mod hierarchy;
+mod merge;
 mod side;
 mod top;
 
@@ -23,18 +24,24 @@ use crate::mesh::{Components, Mesh};
 /// How a cluster is cut in two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SplitMode {
+    /// Neighbours merged where that costs least for each triangle saved: the best meshes.
+    Quality,
     /// The better of the two cuts below, as `[Tsuji07]` does.
     Paper,
     /// Across the principal component of the positions (eq. 8).
     Pca,
     /// Across the principal canonical correlation of normals with positions (eq. 15).
     Cca,
+    /// Neighbours merged by flatness, orientation and shape, after Garland: what `[TsujiJa]` compares with.
+    Merge,
 }
 
 impl SplitMode {
     /// The name on the command line and in the file.
     pub fn as_str(self) -> &'static str {
         match self {
+            SplitMode::Quality => "quality",
+            SplitMode::Merge => "merge",
             SplitMode::Paper => "paper",
             SplitMode::Pca => "pca",
             SplitMode::Cca => "cca",
@@ -54,5 +61,15 @@ pub fn partition(
     mode: SplitMode,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Hierarchy {
-    top::join_components(mesh, components, mode, progress)
+    let rule = match mode {
+        SplitMode::Quality => Some(merge::Rule::Quality),
+        SplitMode::Merge => Some(merge::Rule::Garland),
+        SplitMode::Paper | SplitMode::Pca | SplitMode::Cca => None,
+    };
+    let merged = rule.and_then(|rule| merge::merge_all(mesh, components, rule, progress));
+    // What merges into a tree too deep is split from the top, where depth can be held.
+    merged.unwrap_or_else(|| {
+        let mode = if rule.is_some() { SplitMode::Paper } else { mode };
+        top::join_components(mesh, components, mode, progress)
+    })
 }

@@ -6,7 +6,7 @@ use super::side::Side;
 use super::{SplitMode, balance};
 use crate::mesh::{Components, Mesh, NONE};
 use fcgeom::FaceMoments;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Partitions every component and joins their roots: groups first, inside a group by a median split of the
@@ -17,11 +17,8 @@ pub(super) fn join_components(
     mode: SplitMode,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Hierarchy {
-    let mut list: Vec<u32> = (0..components.len() as u32).collect();
-    list.sort_by_key(|&c| (components.group[c as usize], c));
     // Places the components in tree order first; a component's faces are then one contiguous run.
-    let mut joins = Vec::with_capacity(list.len().saturating_sub(1));
-    order_components(components, &mut list, &mut joins);
+    let (list, joins) = order(components);
 
     let n = mesh.faces.len();
     let mut face: Vec<u32> =
@@ -71,7 +68,16 @@ pub(super) fn join_components(
         let sizes: Vec<usize> = list.iter().map(|&c| components.faces_of(c as usize).len()).collect();
         descend(Job { mode, progress }, &joins, &sizes, 0, room);
     }
-    Hierarchy { splits, order }
+    Hierarchy { splits, order, mode }
+}
+
+/// The components in the order of the tree's leaves, and in preorder how many of them each join has left.
+pub(super) fn order(components: &Components) -> (Vec<u32>, Vec<u32>) {
+    let mut list: Vec<u32> = (0..components.len() as u32).collect();
+    list.sort_by_key(|&c| (components.group[c as usize], c));
+    let mut joins = Vec::with_capacity(list.len().saturating_sub(1));
+    order_components(components, &mut list, &mut joins);
+    (list, joins)
 }
 
 /// Sorts `list` into the order of the tree's leaves and notes, in preorder, how many components each join has left.
@@ -131,7 +137,7 @@ fn descend(job: Job<'_>, joins: &[u32], sizes: &[usize], depth: u32, room: Room<
     let left = joins[0] as usize;
     let left_faces: usize = sizes[..left].iter().sum();
     let (own, room_l, room_r) = room.children(left_faces);
-    *own = Split { left_faces: left_faces as u32, joins_components: true, epsilon: 0.0, normal: Vec3::ZERO };
+    *own = Split { left_faces: left_faces as u32, joins_components: true, ..Split::EMPTY };
     rayon::join(
         || descend(job, &joins[1..left], &sizes[..left], depth + 1, room_l),
         || descend(job, &joins[left..], &sizes[left..], depth + 1, room_r),
