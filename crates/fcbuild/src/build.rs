@@ -1,7 +1,7 @@
 //! The stages in a row: from a soup to the records of a tree file.
 
-use crate::arcs::{activity, corners, curves, flaps, loops::Loops};
-use crate::bounds;
+use crate::arcs::corners::{self, Registered};
+use crate::arcs::{activity, curves, flaps, loops::Loops};
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
@@ -134,6 +134,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     drop(components);
     let mesh = TreeMesh::new(mesh, &hierarchy);
     let splits = hierarchy.splits;
+    drop(hierarchy.order);
     let loops = Loops::of(&mesh, &splits);
     clock.lap(Phase::Boundaries);
 
@@ -147,23 +148,22 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     for v in 0..anchored.len() {
         anchored[v] |= anchored[mesh.weld[v] as usize];
     }
-    let measure = |at: corners::Cornered<'_>| bounds::measure(&mesh, &splits[at.node], &at);
-    let (registrations, measured) = corners::register(&mesh, &splits, &loops, &anchored, &measure);
-    let nodes = bounds::combine(&mesh, &splits, &measured);
-    let mut activity = activity::gather(&mesh.weld, &registrations, &curve_records, &nodes);
-    let keys: Vec<f64> = activity.iter().map(|a| a.bound).collect();
-    let covered: Vec<bool> = measured.iter().map(|m| m.from_corners).collect();
-    let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &covered, &keys);
-    activity::raise(&mesh.weld, &uncovered, &mut activity);
+    let Registered { registrations, nodes, polygons } = corners::register(&mesh, &splits, &loops, &anchored);
+    drop(anchored);
+    let mut activity = activity::gather(mesh.positions.len(), &registrations, &curve_records, &nodes);
+    drop((registrations, curve_records));
+    let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
+    activity::raise(&uncovered, &mut activity);
+    drop(uncovered);
+    activity::share(&mesh.weld, &mut activity);
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }
-    drop(registrations);
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);
     let root = if splits.is_empty() { ChildRef::face(0) } else { ChildRef::node(0) };
-    let mut records = Records::new(mesh, &splits, loops, &nodes, &measured, &activity)?;
+    let mut records = Records::new(mesh, &splits, loops, &nodes, &polygons, &activity)?;
     records.groups = groups;
     for v in &records.vertices {
         for (axis, x) in v.position.iter().enumerate() {

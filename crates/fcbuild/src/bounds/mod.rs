@@ -5,4 +5,4 @@ mod distance;
 mod node;
 
 pub use bounding_polygon::BoundingPolygon;
-pub use node::{Measured, NodeBounds, combine, measure};
+pub use node::{Cluster, Measurer, NodeBounds};
