@@ -132,10 +132,10 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     let component = component_of_faces(&components, &hierarchy);
     let component_count = components.len();
     drop(components);
-    let mesh = TreeMesh::new(mesh, &hierarchy);
+    let mut mesh = TreeMesh::new(mesh, &hierarchy);
     let splits = hierarchy.splits;
     drop(hierarchy.order);
-    let loops = Loops::of(&mesh, &splits);
+    let mut loops = Loops::of(&mesh, &splits);
     clock.lap(Phase::Boundaries);
 
     tell(Phase::Bounds, 0);
@@ -159,6 +159,8 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }
+    mesh.keep_what_is_stored();
+    loops.starts_at_end = Vec::new();
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);

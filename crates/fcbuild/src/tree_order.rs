@@ -115,6 +115,16 @@ impl TreeMesh {
         }
     }
 
+    /// Frees what only the search for boundaries and bounds needs: adjacency, face normals and positions in normal
+    /// units. What is left is what a file holds.
+    pub fn keep_what_is_stored(&mut self) {
+        self.positions = Vec::new();
+        self.face_normals = Vec::new();
+        self.flat_faces = Vec::new();
+        self.opposite = Vec::new();
+        self.first_vertex = Vec::new();
+    }
+
     /// The vertices that faces of a range use first: all inside the cluster, and some on its boundary.
     pub fn own_vertices(&self, faces: &Range<usize>) -> Range<usize> {
         self.first_vertex[faces.start] as usize..self.first_vertex[faces.end] as usize

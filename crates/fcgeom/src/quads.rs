@@ -212,12 +212,9 @@ impl Cloud for Quads {
             at = Quad::select(d.cmpgt(far), quad, &at);
             far = far.max(d);
         }
-        let (mut best, mut farthest) = (Vec3::ZERO, -1.0);
-        for (d, q) in far.to_array().into_iter().zip(at.points()) {
-            if d > farthest {
-                (best, farthest) = (q, d);
-            }
-        }
+        let farthest = far.max_element();
+        let lane = far.cmpeq(Vec4::splat(farthest)).bitmask().trailing_zeros() as usize;
+        let best = at.points().get(lane).copied()?;
         (farthest >= 0.0).then(|| (best.as_dvec3(), f64::from(farthest)))
     }
 

@@ -108,7 +108,7 @@ impl Tree<'_> {
     fn records_below_serial(&self, node: usize, faces: Range<usize>, found: &mut Found) {
         // A cluster of fewer faces is cut into single ones at least on one side, which register all their corners:
         // no arc has a vertex to leave out.
-        if faces.len() >= 4 {
+        if faces.len() >= 4 && !self.nodes[node].is_flat() {
             self.records_of_cut(node, faces.clone(), found);
             let [left, right] = self.children(node, &faces);
             self.records_below_serial(left.0, left.1, found);

@@ -50,7 +50,11 @@ impl Loops {
         };
         let pieces = subtree.collect_parallel();
         drop((next, prev, stamp));
-        let half_edges = pieces.concat();
+        let mut half_edges = Vec::with_capacity(pieces.iter().map(Vec::len).sum());
+        // One by one, so that a piece is freed before the next is copied.
+        for piece in pieces {
+            half_edges.extend_from_slice(&piece);
+        }
         let start = starts(splits, &len, faces);
         Loops { half_edges, start, len, starts_at_end }
     }

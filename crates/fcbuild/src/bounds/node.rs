@@ -22,6 +22,9 @@ pub struct NodeBounds {
     /// True if the cluster's own bound is a distance from corners that are always drawn, so that no polygon must lie
     /// under it.
     pub from_corners: bool,
+    /// True if the cluster's plane is nearly perpendicular to the cone's axis, and a slab its bound; the same of all
+    /// clusters below once nested.
+    pub follows_cone: bool,
 }
 
 impl NodeBounds {
@@ -32,17 +35,32 @@ impl NodeBounds {
         sphere: Sphere::EMPTY,
         cone: Cone::FULL,
         from_corners: true,
+        follows_cone: false,
     };
+
+    /// Whether no two clusters or faces in the node's subtree meet at more than 20 degrees.
+    ///
+    /// The cones below have their axes in this one's: their planes and normals lie within 10 degrees of its axis.
+    pub fn is_flat(&self) -> bool {
+        self.follows_cone && self.cone.cos > FLAT_CONE
+    }
 
     /// Nests the bounds of a node over those of its children: a sphere around theirs, keys not below theirs.
     pub fn nest(&mut self, children: [Option<&NodeBounds>; 2]) {
         for child in children.into_iter().flatten() {
             self.bound = self.bound.max(child.bound);
             self.budget = self.budget.max(child.budget);
+            self.follows_cone &= child.follows_cone;
         }
         self.sphere = around_children(&self.sphere, children);
     }
 }
+
+/// Cosine of 2.9 degrees: how far a plane's normal may be from the axis of its cone to follow it.
+const FOLLOWS: f32 = 0.99872;
+
+/// Cosine of 7 degrees, the half angle of a cone that is called flat.
+const FLAT_CONE: f32 = 0.99255;
 
 /// Clusters of fewer faces get no bounding polygon: a query costs as much as drawing them.
 const POLYGON_FROM: usize = 64;
@@ -120,7 +138,8 @@ impl<'a> Measurer<'a> {
             BoundingPolygon::around(&self.points, sphere.center, normal)
         });
         let (bound, budget) = (round_up(bound), round_up(budget));
-        (NodeBounds { bound, budget, sphere, cone, from_corners }, polygon)
+        let follows_cone = !from_corners && split.normal.dot(cone.axis) > FOLLOWS;
+        (NodeBounds { bound, budget, sphere, cone, from_corners, follows_cone }, polygon)
     }
 }
 
