@@ -117,7 +117,7 @@ fn usage_errors_and_limits_have_their_codes() {
         "fcbuild good.ply",
         "fcbuild good.ply -o x.fct --faster",
         "fcbuild good.ply -o x.fct --threads 0",
-        "fcbuild good.ply -o x.fct --split quality",
+        "fcbuild good.ply -o x.fct --split best",
         "fcbuild good.ply -o x.fct --threads 257",
         "fct",
         "fct look good.fct",

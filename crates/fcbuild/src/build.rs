@@ -1,7 +1,7 @@
 //! The stages in a row: from a soup to the records of a tree file.
 
-use crate::arcs::{activity, corners, curves, flaps, loops::Loops};
-use crate::bounds;
+use crate::arcs::corners::{self, Registered};
+use crate::arcs::{activity, curves, flaps, loops::Loops};
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
@@ -137,10 +137,10 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     let component = component_of_faces(&components, &hierarchy);
     let component_count = components.len();
     drop(components);
-    let mesh = TreeMesh::new(mesh, &hierarchy);
-    let mode = hierarchy.mode;
-    let mut splits = hierarchy.splits;
-    let loops = Loops::of(&mesh, &splits);
+    let mut mesh = TreeMesh::new(mesh, &hierarchy);
+    let (mode, splits) = (hierarchy.mode, hierarchy.splits);
+    drop(hierarchy.order);
+    let mut loops = Loops::of(&mesh, &splits);
     clock.lap(Phase::Boundaries);
 
     tell(Phase::Bounds, 0);
@@ -153,26 +153,28 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     for v in 0..anchored.len() {
         anchored[v] |= anchored[mesh.weld[v] as usize];
     }
-    let measure = |at: corners::Cornered<'_>| bounds::measure(&mesh, &splits[at.node], &at);
-    let (registrations, measured) = corners::register(&mesh, &splits, &loops, &anchored, &measure);
+    let Registered { registrations, mut nodes, polygons } =
+        corners::register(&mesh, &splits, &loops, &anchored);
+    drop(anchored);
     if mode == SplitMode::Quality {
-        bounds::raise_keys(&mut splits, |i| measured[i].bound);
+        crate::bounds::raise_keys(&mut nodes);
     }
-    let nodes = bounds::combine(&mesh, &splits, &measured);
-    let mut activity = activity::gather(&mesh.weld, &registrations, &curve_records, &nodes);
-    let keys: Vec<f64> = activity.iter().map(|a| a.bound).collect();
-    let covered: Vec<bool> = measured.iter().map(|m| m.from_corners).collect();
-    let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &covered, &keys);
-    activity::raise(&mesh.weld, &uncovered, &mut activity);
+    let mut activity = activity::gather(mesh.positions.len(), &registrations, &curve_records, &nodes);
+    drop((registrations, curve_records));
+    let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
+    activity::raise(&uncovered, &mut activity);
+    drop(uncovered);
+    activity::share(&mesh.weld, &mut activity);
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }
-    drop(registrations);
+    mesh.keep_what_is_stored();
+    loops.starts_at_end = Vec::new();
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);
     let root = if splits.is_empty() { ChildRef::face(0) } else { ChildRef::node(0) };
-    let mut records = Records::new(mesh, &splits, loops, &nodes, &measured, &activity)?;
+    let mut records = Records::new(mesh, &splits, loops, &nodes, &polygons, &activity)?;
     records.groups = groups;
     for v in &records.vertices {
         for (axis, x) in v.position.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use crate::arcs::activity::Activity;
 use crate::arcs::loops::{LAST, Loops};
-use crate::bounds::{BoundingPolygon, Measured, NodeBounds};
+use crate::bounds::{BoundingPolygon, NodeBounds};
 use crate::error::Error;
 use crate::mesh::units::too_large;
 use crate::partition::Split;
@@ -62,7 +62,7 @@ impl Records {
         splits: &[Split],
         loops: Loops,
         bounds: &[NodeBounds],
-        measured: &[Measured],
+        polygons: &[(u32, BoundingPolygon)],
         activity: &[Activity],
     ) -> Result<Records, Error> {
         let scale = Scale(mesh.units.length());
@@ -73,11 +73,7 @@ impl Records {
             return Err(too_large());
         }
         let nodes = node_records(&scale, mesh.faces.len(), splits, &loops, bounds);
-        let polygons = measured
-            .iter()
-            .enumerate()
-            .filter_map(|(i, m)| m.polygon.as_deref().map(|p| polygon_record(&scale, i, p)))
-            .collect();
+        let polygons = polygons.iter().map(|(node, p)| polygon_record(&scale, *node, p)).collect();
         let loops = loops
             .half_edges
             .into_iter()
@@ -95,8 +91,8 @@ impl Records {
                 let position = p.to_array().map(F32::new);
                 VertexRecord {
                     position,
-                    bound: scale.up(a.bound * EAGER),
-                    budget: scale.up(a.budget * EAGER),
+                    bound: scale.up(f64::from(a.bound) * EAGER),
+                    budget: scale.up(f64::from(a.budget) * EAGER),
                     center,
                     radius,
                 }
@@ -147,8 +143,8 @@ fn node_records(
         nodes.push(NodeRecord {
             center,
             radius,
-            bound: scale.up(b.bound),
-            budget: scale.up(b.budget),
+            bound: scale.up(f64::from(b.bound)),
+            budget: scale.up(f64::from(b.budget)),
             axis: b.cone.axis.to_array().map(F32::new),
             cos: F32::new(b.cone.cos),
             epsilon: F32::new((splits[node].epsilon * scale.0 * scale.0) as f32),
@@ -164,10 +160,10 @@ fn node_records(
     nodes
 }
 
-fn polygon_record(scale: &Scale, node: usize, p: &BoundingPolygon) -> BoundingPolygonRecord {
+fn polygon_record(scale: &Scale, node: u32, p: &BoundingPolygon) -> BoundingPolygonRecord {
     let length = |x: f32| F32::new((f64::from(x) * scale.0) as f32);
     BoundingPolygonRecord {
-        node: U32::new(node as u32),
+        node: U32::new(node),
         flags: U32::new(0),
         origin: scale.exact(p.origin),
         normal: p.normal.to_array().map(F32::new),

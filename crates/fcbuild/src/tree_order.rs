@@ -28,6 +28,8 @@ pub struct TreeMesh {
     pub faces: Vec<[u32; 3]>,
     /// Unit normal of each face, zero where the area is zero.
     pub face_normals: Vec<Vec3>,
+    /// Faces without area, whose normal is zero, ascending.
+    flat_faces: Vec<u32>,
     /// The other side of each half-edge `3 f + e`, or [`NONE`].
     pub opposite: Vec<u32>,
     /// Half-edges without an opposite that lie on seams, ascending.
@@ -76,34 +78,51 @@ impl TreeMesh {
             .collect();
         let mut seams: Vec<u32> = mesh.graph.seams.iter().map(|&h| half_edge(h)).collect();
         seams.sort_unstable();
-        let mut lowest = vec![NONE; mesh.positions.len()];
-        for (new, &old) in old_name.iter().enumerate() {
-            let low = &mut lowest[mesh.weld[old as usize] as usize];
-            *low = (*low).min(new as u32);
-        }
-        let weld = old_name.iter().map(|&old| lowest[mesh.weld[old as usize] as usize]).collect();
-        let stored: Vec<Vec3> = old_name.iter().map(|&v| mesh.stored[v as usize]).collect();
+        let is_welded = mesh.weld.iter().enumerate().any(|(v, &w)| v != w as usize);
+        let weld = if is_welded {
+            let mut lowest = vec![NONE; mesh.positions.len()];
+            for (new, &old) in old_name.iter().enumerate() {
+                let low = &mut lowest[mesh.weld[old as usize] as usize];
+                *low = (*low).min(new as u32);
+            }
+            old_name.iter().map(|&old| lowest[mesh.weld[old as usize] as usize]).collect()
+        } else {
+            (0..old_name.len() as u32).collect()
+        };
+        let stored = in_order(&mesh.stored, &old_name);
         // From the stored positions, as a reader sees them: a tiny face may be crooked in normal units.
-        let face_normals = faces
+        let face_normals: Vec<Vec3> = faces
             .par_iter()
             .map(|f| {
                 let [a, b, c] = f.map(|v: u32| stored[v as usize].as_dvec3());
                 (b - a).cross(c - a).normalize_or_zero().as_vec3()
             })
             .collect();
+        let flat_faces = (0..n as u32).filter(|&f| face_normals[f as usize] == Vec3::ZERO).collect();
         TreeMesh {
             units: mesh.units,
             stored,
-            normals: old_name.iter().map(|&v| mesh.normals[v as usize]).collect(),
-            colors: mesh.colors.map(|colors| old_name.iter().map(|&v| colors[v as usize]).collect()),
-            positions: old_name.iter().map(|&v| mesh.positions[v as usize]).collect(),
+            normals: in_order(&mesh.normals, &old_name),
+            colors: mesh.colors.map(|colors| in_order(&colors, &old_name)),
+            positions: in_order(&mesh.positions, &old_name),
             weld,
             faces,
             face_normals,
+            flat_faces,
             opposite,
             seams,
             first_vertex,
         }
+    }
+
+    /// Frees what only the search for boundaries and bounds needs: adjacency, face normals and positions in normal
+    /// units. What is left is what a file holds.
+    pub fn keep_what_is_stored(&mut self) {
+        self.positions = Vec::new();
+        self.face_normals = Vec::new();
+        self.flat_faces = Vec::new();
+        self.opposite = Vec::new();
+        self.first_vertex = Vec::new();
     }
 
     /// The vertices that faces of a range use first: all inside the cluster, and some on its boundary.
@@ -111,9 +130,15 @@ impl TreeMesh {
         self.first_vertex[faces.start] as usize..self.first_vertex[faces.end] as usize
     }
 
+    /// Whether one of a range of faces has no area, and so no normal.
+    pub fn has_flat_face(&self, faces: &Range<usize>) -> bool {
+        let next = self.flat_faces.partition_point(|&f| (f as usize) < faces.start);
+        self.flat_faces.get(next).is_some_and(|&f| (f as usize) < faces.end)
+    }
+
     /// The vertex that a half-edge starts at.
     pub fn origin(&self, half_edge: u32) -> u32 {
-        self.faces[half_edge as usize / 3][half_edge as usize % 3]
+        self.faces.as_flattened()[half_edge as usize]
     }
 
     /// The vertex that a half-edge ends at.
@@ -131,4 +156,8 @@ impl TreeMesh {
             EdgeKind::Boundary
         }
     }
+}
+
+fn in_order<T: Copy + Send + Sync>(of_old: &[T], old_name: &[u32]) -> Vec<T> {
+    old_name.par_iter().map(|&old| of_old[old as usize]).collect()
 }

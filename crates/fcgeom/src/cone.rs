@@ -1,7 +1,7 @@
 //! Cones of normals: all of a cluster's faces turn away at once, or it is not known.
 
-use crate::ball::Ball;
-use crate::{Sphere, round_down};
+use crate::ball::{Ball, Pair};
+use crate::{Quads, Sphere, round_down};
 use glam::{DVec3, Vec3};
 use std::borrow::Borrow;
 
@@ -30,47 +30,71 @@ const MARGIN: f64 = 1.0e-6;
 /// anything in practice; the closed surfaces near a tree's root are spared the rest of the work.
 const HOPELESS: f64 = 0.999;
 
+/// What the cosine of a half angle may be off because normals, axis and distances are rounded to `f32`, relative to the
+/// sine: a rounding turns a vector by about 1e-7, and lengths that are not quite 1 cancel where vectors are near.
+const ROUNDING: f64 = 5.0e-7;
+
 impl Cone {
     /// All directions: never back-facing.
     pub const FULL: Self = Self { axis: Vec3::Z, cos: -1.0 };
 
-    /// A narrow cone around unit normals; zero ones count for nothing, as faces without area have no side.
+    /// A narrow cone around normals of any length; zero ones count for nothing, as faces without area have no side.
     ///
-    /// Around vectors of other lengths it is still a cone, only wider than need be. [`Cone::FULL`] if there is no
-    /// normal, if no cone narrower than a half space was found (which can miss one that nearly fills it), or if a
-    /// normal is not finite.
+    /// [`Cone::FULL`] if there is no normal, if no cone narrower than a half space was found (which can miss one that
+    /// nearly fills it), or if a normal is not finite.
     #[must_use]
-    pub fn of_normals<N: Borrow<Vec3>>(normals: impl IntoIterator<Item = N, IntoIter: Clone>) -> Self {
-        let normals = normals.into_iter().map(|n| n.borrow().as_dvec3()).filter(|n| *n != DVec3::ZERO);
-        let Some(extremes) = Ball::across_extremes(normals.clone()) else {
+    pub fn of_normals<N: Borrow<Vec3>>(normals: impl IntoIterator<Item = N>) -> Self {
+        let mut units = Vec::new();
+        for n in normals {
+            let n = n.borrow().as_dvec3();
+            if !n.is_finite() {
+                return Self::FULL;
+            }
+            units.extend(n.try_normalize());
+        }
+        let mut quads = Quads::default();
+        quads.extend(&units, |n| n.as_vec3());
+        Self::of_quads(&quads)
+    }
+
+    /// The same around normals by fours, all of which must be unit vectors up to rounding.
+    #[must_use]
+    pub fn of_quads(normals: &Quads) -> Self {
+        if let Some([p, q]) = normals.pair() {
+            let ball = Ball::across(p.as_dvec3(), q.as_dvec3());
+            let cone = Self::about(ball.center, ball.radius * ball.radius);
+            return if cone.cos > 0.0 { cone } else { Self::FULL };
+        }
+        let Some(mean) = normals.sum().try_normalize() else {
             return Self::FULL;
         };
-        if extremes.radius > HOPELESS {
+        let Some(pair) = Pair::of(normals, mean) else {
+            return Self::FULL;
+        };
+        if pair.ball().radius > HOPELESS {
             return Self::FULL;
         }
-        let mean = normals.clone().fold(DVec3::ZERO, |sum, n| sum + n);
-        let about_mean = Self::about(mean, normals.clone());
-        let about_ball = Self::about(extremes.grown_around(normals.clone()).center, normals);
+        let about_mean = Self::about(mean, pair.square_reach());
+        let ball = pair.grown_around(normals);
+        let about_ball = Self::about(ball.center, ball.radius * ball.radius);
         let best = if about_ball.cos > about_mean.cos { about_ball } else { about_mean };
         if best.cos > 0.0 { best } else { Self::FULL }
     }
 
-    /// The narrowest cone about a given axis.
-    fn about(axis: DVec3, normals: impl Iterator<Item = DVec3>) -> Self {
-        // The axis loses digits when it is rounded: measure from what is stored.
-        let axis = axis.normalize_or_zero().as_vec3();
-        let Some(stored) = axis.as_dvec3().try_normalize() else {
+    /// The narrowest cone about a given axis around unit vectors, by the largest square distance from its tip.
+    ///
+    /// With a unit vector n and the tip c, (n - c)^2 = 1 + c^2 - 2 n c; the difference keeps all the digits that a
+    /// product near 1 would lose.
+    fn about(tip: DVec3, square_distance: f64) -> Self {
+        // What the distances were measured from.
+        let tip = tip.as_vec3().as_dvec3();
+        let length = tip.length();
+        let Some(axis) = tip.try_normalize() else {
             return Self::FULL;
         };
-        let mut cos = 1.0f64;
-        for n in normals {
-            let c = n.dot(stored) / n.length();
-            if c.is_nan() {
-                return Self::FULL;
-            }
-            cos = cos.min(c);
-        }
-        Self { axis, cos: round_down(cos) }
+        let cos =
+            ((1.0 - square_distance) / length + length) * 0.5 - ROUNDING * square_distance.sqrt() / length;
+        Self { axis: axis.as_vec3(), cos: round_down(cos.min(1.0)) }
     }
 
     /// Whether every point of the sphere, with every normal of the cone, faces away from the eye.

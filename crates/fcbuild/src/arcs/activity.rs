@@ -3,7 +3,8 @@
 use super::corners::Registration;
 use super::curves::CurveRecord;
 use crate::bounds::NodeBounds;
-use fcgeom::Sphere;
+use fcgeom::{Sphere, round_up};
+use rayon::prelude::*;
 
 /// A vertex is drawn when its record passes the test that refines nodes: its key is over the tolerance there.
 ///
@@ -12,9 +13,9 @@ use fcgeom::Sphere;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Activity {
     /// Largest distance bound, in normal units; infinite if the vertex is in every mesh.
-    pub bound: f64,
+    pub bound: f32,
     /// Largest budget key, likewise.
-    pub budget: f64,
+    pub budget: f32,
     /// Encloses the spheres of the nodes that register the vertex.
     pub sphere: Sphere,
 }
@@ -22,7 +23,7 @@ pub struct Activity {
 impl Activity {
     const NEVER: Activity = Activity { bound: 0.0, budget: 0.0, sphere: Sphere::EMPTY };
 
-    fn add(&mut self, bound: f64, budget: f64, sphere: &Sphere) {
+    fn add(&mut self, bound: f32, budget: f32, sphere: &Sphere) {
         self.bound = self.bound.max(bound);
         self.budget = self.budget.max(budget);
         if self.sphere.is_empty() {
@@ -33,29 +34,42 @@ impl Activity {
     }
 }
 
-/// Gathers the records of all vertices; copies of one welded vertex get the same record.
+/// Gathers the records of all welded vertices from what the splits register and curves ask for.
 ///
 /// `registrations` come with ancestors before descendants, so a vertex's first sphere mostly holds the others.
 pub fn gather(
-    weld: &[u32],
-    registrations: &[Registration],
+    vertices: usize,
+    registrations: &[Vec<Registration>],
     curves: &[CurveRecord],
     nodes: &[NodeBounds],
 ) -> Vec<Activity> {
-    let mut records = vec![Activity::NEVER; weld.len()];
-    for r in registrations {
-        let node = &nodes[r.node as usize];
-        records[weld[r.vertex as usize] as usize].add(node.bound, node.budget, &node.sphere);
-    }
-    raise(weld, curves, &mut records);
+    let mut records = vec![Activity::NEVER; vertices];
+    // Each thread goes through all registrations for some of the vertices: reading is the least of the work.
+    let share = vertices.div_ceil(rayon::current_num_threads()).max(1);
+    records.par_chunks_mut(share).enumerate().for_each(|(i, records)| {
+        for r in registrations.iter().flatten() {
+            if let Some(record) =
+                (r.vertex as usize).checked_sub(i * share).and_then(|place| records.get_mut(place))
+            {
+                let node = &nodes[r.node as usize];
+                record.add(node.bound, node.budget, &node.sphere);
+            }
+        }
+    });
+    raise(curves, &mut records);
     records
 }
 
 /// Adds what curves ask for to the records.
-pub fn raise(weld: &[u32], curves: &[CurveRecord], records: &mut [Activity]) {
+pub fn raise(curves: &[CurveRecord], records: &mut [Activity]) {
     for c in curves {
-        records[weld[c.vertex as usize] as usize].add(c.error, c.error, &c.sphere);
+        let error = round_up(c.error);
+        records[c.vertex as usize].add(error, error, &c.sphere);
     }
+}
+
+/// Copies of one welded vertex get the same record.
+pub fn share(weld: &[u32], records: &mut [Activity]) {
     for v in 0..weld.len() {
         records[v] = records[weld[v] as usize];
     }
@@ -65,8 +79,8 @@ pub fn raise(weld: &[u32], curves: &[CurveRecord], records: &mut [Activity]) {
 pub fn always(positions: &[glam::Vec3], records: &mut [Activity]) {
     for (record, p) in records.iter_mut().zip(positions) {
         *record = Activity {
-            bound: f64::INFINITY,
-            budget: f64::INFINITY,
+            bound: f32::INFINITY,
+            budget: f32::INFINITY,
             sphere: Sphere { center: *p, radius: 0.0 },
         };
     }

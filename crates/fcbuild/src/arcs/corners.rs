@@ -2,7 +2,7 @@
 
 use super::loops::{LAST, Loops, split_loops};
 use super::polyline;
-use crate::mesh::NONE;
+use crate::bounds::{BoundingPolygon, Cluster, Measurer, NodeBounds};
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use glam::Vec3;
@@ -11,55 +11,52 @@ use std::ops::Range;
 /// A vertex that must be drawn whenever a node is refined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Registration {
-    /// The vertex.
+    /// The welded vertex (see [`TreeMesh::weld`]).
     pub vertex: u32,
     /// The node whose split needs it.
     pub node: u32,
 }
 
-/// What a visitor is shown of a node: its corners registered by ancestors, present whenever the node is drawn.
-pub struct Cornered<'a> {
-    /// The node.
-    pub node: usize,
-    /// Its faces.
-    pub faces: Range<usize>,
-    /// Its loops, as in [`Loops::of_node`].
-    pub loops: &'a [u32],
-    /// Vertices of the loops that an ancestor registers.
-    pub corners: &'a [u32],
+/// What the walk down the tree finds.
+pub struct Registered {
+    /// Registrations in pieces; in each piece, and from piece to piece, ancestors come before descendants.
+    pub registrations: Vec<Vec<Registration>>,
+    /// The nested bounds of each node.
+    pub nodes: Vec<NodeBounds>,
+    /// Bounding polygons by node, ascending.
+    pub polygons: Vec<(u32, BoundingPolygon)>,
 }
 
-/// Walks the tree from the root down, registers corners, and shows each interior node with the corners it has got.
+/// Walks the tree from the root down, registers corners, and measures each interior node once it has got its corners.
 ///
-/// `anchored` says of each vertex whether it is drawn in every mesh. Each node's answer from `measure` comes back in
-/// node order; registrations come back with ancestors before descendants.
-pub fn register<T: Send + Default + Clone>(
-    mesh: &TreeMesh,
-    splits: &[Split],
-    loops: &Loops,
-    anchored: &[bool],
-    measure: &(dyn Fn(Cornered<'_>) -> T + Sync),
-) -> (Vec<Registration>, Vec<T>) {
-    let mut measured = vec![T::default(); splits.len()];
-    let mut registered: Vec<bool> = vec![false; mesh.opposite.len()];
-    let Some(first) = measured.first_mut() else {
+/// `anchored` says of each vertex whether it is drawn in every mesh.
+pub fn register(mesh: &TreeMesh, splits: &[Split], loops: &Loops, anchored: &[bool]) -> Registered {
+    let mut nodes = vec![NodeBounds::UNKNOWN; splits.len()];
+    if splits.is_empty() {
         // A single face: nothing is split, its corners are always drawn.
-        return (Vec::new(), measured);
-    };
-    let walk = Walk { mesh, splits, loops, measure };
+        return Registered { registrations: Vec::new(), nodes, polygons: Vec::new() };
+    }
+    let mut registered: Vec<bool> = vec![false; mesh.opposite.len()];
     for &h in loops.of_node(0) {
         registered[(h & !LAST) as usize] = anchored[mesh.origin(h & !LAST) as usize];
     }
-    *first = walk.show(0, 0..mesh.faces.len(), &registered);
-    let pieces = walk.descend(0, 0..mesh.faces.len(), &mut registered, &mut measured[1..]);
-    (pieces.concat(), measured)
+    let walk = Walk { mesh, splits, loops };
+    let root = Child { node: 0, faces: 0..mesh.faces.len() };
+    let pieces = walk.descend(root, &mut registered, &mut nodes);
+    let mut registrations = Vec::with_capacity(pieces.len());
+    let mut polygons = Vec::new();
+    for piece in pieces {
+        registrations.push(piece.registrations);
+        polygons.extend(piece.polygons);
+    }
+    polygons.sort_unstable_by_key(|(node, _)| *node);
+    Registered { registrations, nodes, polygons }
 }
 
-struct Walk<'a, T> {
+struct Walk<'a> {
     mesh: &'a TreeMesh,
     splits: &'a [Split],
     loops: &'a Loops,
-    measure: &'a (dyn Fn(Cornered<'_>) -> T + Sync),
 }
 
 /// Below this many faces a subtree stays on one thread.
@@ -72,32 +69,36 @@ struct Child {
     faces: Range<usize>,
 }
 
-impl<T: Send> Walk<'_, T> {
-    /// Registers what the split of `node` needs, and all splits below.
+/// What one thread writes to.
+#[derive(Default)]
+struct Piece {
+    registrations: Vec<Registration>,
+    polygons: Vec<(u32, BoundingPolygon)>,
+}
+
+impl<'a> Walk<'a> {
+    /// Measures a node and registers what its split needs, and all below.
     ///
     /// `registered` holds, for each half-edge of the node's faces that lies on a boundary, whether its start is a
-    /// corner registered by an ancestor; `measured` are the answers of the nodes below.
-    fn descend(
-        &self,
-        node: usize,
-        faces: Range<usize>,
-        registered: &mut [bool],
-        measured: &mut [T],
-    ) -> Vec<Vec<Registration>> {
-        let mut own = Vec::new();
-        if faces.len() < SERIAL_BELOW {
-            self.descend_serial(node, faces, registered, measured, &mut own);
+    /// corner registered by an ancestor; `nodes` are the bounds of the node and of those below.
+    fn descend(&self, at: Child, registered: &mut [bool], nodes: &mut [NodeBounds]) -> Vec<Piece> {
+        let mut own = Piece::default();
+        if at.faces.len() < SERIAL_BELOW {
+            self.descend_serial(at, registered, nodes, &mut Measurer::new(self.mesh), &mut own);
+            own.registrations.shrink_to_fit();
             return vec![own];
         }
-        let [left, right] = self.split(node, &faces, registered, measured, &mut own);
+        let Some((bounds, below)) = nodes.split_first_mut() else { return Vec::new() };
+        // The measurer of a large cluster goes before more of them are made.
+        *bounds = self.measure(&at, registered, &mut Measurer::new(self.mesh), &mut own);
+        let [left, right] = self.split(&at, registered, &mut own.registrations);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left.faces.len());
-        let (measured_l, measured_r) = measured.split_at_mut(left.faces.len() - 1);
-        let go = |child: Child, registered: &mut [bool], measured: &mut [T]| match measured {
-            [] => Vec::new(),
-            [_, below @ ..] => self.descend(child.node, child.faces, registered, below),
-        };
-        let (l, r) =
-            rayon::join(|| go(left, registered_l, measured_l), || go(right, registered_r, measured_r));
+        let (nodes_l, nodes_r) = below.split_at_mut(left.faces.len() - 1);
+        let (l, r) = rayon::join(
+            || self.descend(left, registered_l, nodes_l),
+            || self.descend(right, registered_r, nodes_r),
+        );
+        bounds.nest([nodes_l.first(), nodes_r.first()]);
         let mut pieces = vec![own];
         pieces.extend(l);
         pieces.extend(r);
@@ -106,32 +107,38 @@ impl<T: Send> Walk<'_, T> {
 
     fn descend_serial(
         &self,
-        node: usize,
-        faces: Range<usize>,
+        at: Child,
         registered: &mut [bool],
-        measured: &mut [T],
-        out: &mut Vec<Registration>,
+        nodes: &mut [NodeBounds],
+        measurer: &mut Measurer<'_>,
+        piece: &mut Piece,
     ) {
-        let [left, right] = self.split(node, &faces, registered, measured, out);
+        let Some((bounds, below)) = nodes.split_first_mut() else { return };
+        *bounds = self.measure(&at, registered, measurer, piece);
+        let [left, right] = self.split(&at, registered, &mut piece.registrations);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left.faces.len());
-        let (measured_l, measured_r) = measured.split_at_mut(left.faces.len() - 1);
-        if let [_, below @ ..] = measured_l {
-            self.descend_serial(left.node, left.faces, registered_l, below, out);
-        }
-        if let [_, below @ ..] = measured_r {
-            self.descend_serial(right.node, right.faces, registered_r, below, out);
-        }
+        let (nodes_l, nodes_r) = below.split_at_mut(left.faces.len() - 1);
+        self.descend_serial(left, registered_l, nodes_l, measurer, piece);
+        self.descend_serial(right, registered_r, nodes_r, measurer, piece);
+        bounds.nest([nodes_l.first(), nodes_r.first()]);
     }
 
-    /// Registers the corners of one split and measures its children.
-    fn split(
+    fn measure(
         &self,
-        node: usize,
-        faces: &Range<usize>,
-        registered: &mut [bool],
-        measured: &mut [T],
-        out: &mut Vec<Registration>,
-    ) -> [Child; 2] {
+        at: &Child,
+        registered: &[bool],
+        measurer: &mut Measurer<'_>,
+        piece: &mut Piece,
+    ) -> NodeBounds {
+        let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.of_node(at.node), registered };
+        let (bounds, polygon) = measurer.measure(&self.splits[at.node], &cluster);
+        piece.polygons.extend(polygon.map(|polygon| (at.node as u32, polygon)));
+        bounds
+    }
+
+    /// Registers the corners of one split.
+    fn split(&self, at: &Child, registered: &mut [bool], out: &mut Vec<Registration>) -> [Child; 2] {
+        let Child { node, ref faces } = *at;
         let left_faces = self.splits[node].left_faces as usize;
         let middle = faces.start + left_faces;
         let children = [
@@ -139,40 +146,67 @@ impl<T: Send> Walk<'_, T> {
             Child { node: node + left_faces, faces: middle..faces.end },
         ];
         let mut marks = Marks { mesh: self.mesh, registered, base: 3 * faces.start, node, out };
+        let mut longest = [None; 2];
         for (i, child) in children.iter().enumerate() {
             let other = &children[1 - i].faces;
             if let [_] = self.mesh.faces[child.faces.clone()] {
                 marks.register_face(child.faces.start);
             }
             // Both sides see the same ends of arcs; they are recorded once.
-            self.inherit(child, other, i == 0, &mut marks);
+            longest[i] = self.inherit(child, other, i == 0, &mut marks);
         }
         for (i, child) in children.iter().enumerate() {
-            self.keep_three(child, &children[1 - i].faces, &mut marks);
-        }
-        for (child, slot) in children.iter().zip([0, left_faces - 1]) {
-            if child.faces.len() > 1 {
-                measured[slot] = self.show(
-                    child.node,
-                    child.faces.clone(),
-                    &registered[3 * (child.faces.start - faces.start)..],
-                );
+            // A polygon needs three corners on its longest loop, so that it does not collapse.
+            if let Some(entries) = longest[i]
+                && child.faces.len() > 1
+            {
+                self.anchor(entries, &children[1 - i].faces, &mut marks);
             }
         }
         children
     }
 
     /// Finds which corners of a child its ancestors register, this split included (steps 1 and 2 of `[Tsuji07]` 4.3).
-    fn inherit(&self, child: &Child, sibling: &Range<usize>, record: bool, marks: &mut Marks<'_>) {
-        if child.faces.len() == 1 && !record {
-            return;
+    ///
+    /// The child's longest loop comes back if it may have fewer than three corners.
+    fn inherit(
+        &self,
+        child: &Child,
+        sibling: &Range<usize>,
+        record: bool,
+        marks: &mut Marks<'_>,
+    ) -> Option<&'a [u32]> {
+        if child.faces.len() == 1 {
+            if record {
+                self.inherit_loop(&face_loop(child.faces.start), sibling, record, marks);
+            }
+            return None;
         }
-        let face_loop = face_loop(child.faces.start);
-        for entries in split_loops(self.loops_of(child, &face_loop)) {
+        // The first of the longest.
+        let mut longest: (&[u32], usize) = (&[], 3);
+        for entries in split_loops(self.loops.of_node(child.node)) {
+            let corners = self.inherit_loop(entries, sibling, record, marks);
+            if entries.len() > longest.0.len() {
+                longest = (entries, corners);
+            }
+        }
+        (longest.1 < 3).then_some(longest.0)
+    }
+
+    /// The same for one loop; returns the number of its corners.
+    fn inherit_loop(
+        &self,
+        entries: &[u32],
+        sibling: &Range<usize>,
+        record: bool,
+        marks: &mut Marks<'_>,
+    ) -> usize {
+        {
             let cut = |h: u32| self.on_cut(h, sibling);
-            let Some(&last) = entries.last() else { continue };
+            let Some(&last) = entries.last() else { return 0 };
             let mut after_cut = cut(last & !LAST);
             let mut open = false;
+            let mut corners = 0;
             for &h in entries {
                 let h = h & !LAST;
                 let now_cut = cut(h);
@@ -185,6 +219,7 @@ impl<T: Send> Walk<'_, T> {
                 if ends_here && record {
                     marks.record(self.mesh.origin(h));
                 }
+                corners += usize::from(if now_cut || ends_here { ends_here } else { marks.get(h) });
                 open |= ends_here || !now_cut;
                 after_cut = now_cut;
             }
@@ -192,21 +227,7 @@ impl<T: Send> Walk<'_, T> {
             if !open && record {
                 self.anchor(entries, sibling, marks);
             }
-        }
-    }
-
-    /// Adds corners until the child's longest loop has three, so that its polygon does not collapse.
-    fn keep_three(&self, child: &Child, sibling: &Range<usize>, marks: &mut Marks<'_>) {
-        if child.faces.len() == 1 {
-            return;
-        }
-        let loops = split_loops(self.loops.of_node(child.node));
-        // The first of the longest.
-        let longest = loops.reduce(|best, entries| if entries.len() > best.len() { entries } else { best });
-        if let Some(entries) = longest
-            && entries.iter().filter(|&&h| marks.get(h & !LAST)).take(3).count() < 3
-        {
-            self.anchor(entries, sibling, marks);
+            corners
         }
     }
 
@@ -232,23 +253,7 @@ impl<T: Send> Walk<'_, T> {
 
     fn on_cut(&self, half_edge: u32, sibling: &Range<usize>) -> bool {
         let across = self.mesh.opposite[half_edge as usize];
-        across != NONE && sibling.contains(&(across as usize / 3))
-    }
-
-    fn loops_of<'b>(&'b self, child: &Child, face_loop: &'b [u32; 3]) -> &'b [u32] {
-        if child.faces.len() == 1 { face_loop } else { self.loops.of_node(child.node) }
-    }
-
-    fn show(&self, node: usize, faces: Range<usize>, registered: &[bool]) -> T {
-        let loops = self.loops.of_node(node);
-        let base = 3 * faces.start;
-        let corners: Vec<u32> = loops
-            .iter()
-            .map(|h| h & !LAST)
-            .filter(|&h| registered[h as usize - base])
-            .map(|h| self.mesh.origin(h))
-            .collect();
-        (self.measure)(Cornered { node, faces, loops, corners: &corners })
+        (3 * sibling.start..3 * sibling.end).contains(&(across as usize))
     }
 }
 
@@ -276,6 +281,7 @@ impl Marks<'_> {
     }
 
     fn record(&mut self, vertex: u32) {
+        let vertex = self.mesh.weld[vertex as usize];
         self.out.push(Registration { vertex, node: self.node as u32 });
     }
 

@@ -6,52 +6,60 @@
 //! that keeps such points within the tolerance gets a record from the arc's deviation, up to the largest tolerance
 //! at which clusters meet there at such an angle.
 
+use super::activity::Activity;
 use super::curves::CurveRecord;
 use super::loops::{LAST, Loops, split_loops};
 use super::polyline;
 use crate::bounds::NodeBounds;
-use crate::mesh::NONE;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// The records that uncovered arcs ask for.
 ///
-/// `covered` says of each node that its bound is a distance from its corners, which needs no polygon to lie under
-/// it; `keys` are the vertices' bounds as far as splits register them.
+/// A node whose bound is a distance from its corners needs no polygon to lie under it; `keys` are the welded vertices' records as far as splits register them.
 pub fn records(
     mesh: &TreeMesh,
     splits: &[Split],
     loops: &Loops,
     nodes: &[NodeBounds],
-    covered: &[bool],
-    keys: &[f64],
+    keys: &[Activity],
 ) -> Vec<CurveRecord> {
-    let ranges = face_ranges(splits, mesh.faces.len());
-    let tree = Tree { mesh, splits, loops, nodes, covered, keys };
-    (0..splits.len())
-        .into_par_iter()
-        .filter(|&node| !splits[node].joins_components)
-        .flat_map_iter(|node| tree.records_of_cut(node, ranges[node].clone()))
-        .collect()
+    let tree = Tree { mesh, splits, loops, nodes, keys };
+    tree.records_below(0, 0..mesh.faces.len()).concat()
 }
 
-/// The range of faces of each node.
-fn face_ranges(splits: &[Split], faces: usize) -> Vec<Range<usize>> {
-    let mut ranges = vec![0..0; splits.len()];
-    let mut stack = vec![(0, 0..faces)];
-    while let Some((node, range)) = stack.pop() {
-        if range.len() > 1 {
-            let left = splits[node].left_faces as usize;
-            let middle = range.start + left;
-            stack.push((node + left, middle..range.end));
-            stack.push((node + 1, range.start..middle));
-            ranges[node] = range;
-        }
+/// Below this many faces a subtree stays on one thread.
+const SERIAL_BELOW: usize = 4096;
+
+/// The records found by one thread, and memory that is used again for each arc.
+#[derive(Default)]
+struct Found {
+    records: Vec<CurveRecord>,
+    edges: Vec<u32>,
+    arc: Arc,
+}
+
+/// An arc with the clusters that meet along it.
+#[derive(Default)]
+struct Arc {
+    vertices: Vec<u32>,
+    meetings: Meetings,
+}
+
+/// Meetings at each edge of an arc: those of edge `i` end at `ends[i]`.
+#[derive(Default)]
+struct Meetings {
+    all: Vec<Meeting>,
+    ends: Vec<usize>,
+}
+
+impl Meetings {
+    fn at(&self, edge: usize) -> &[Meeting] {
+        let start = edge.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.all[start..self.ends[edge]]
     }
-    ranges
 }
 
 /// A cluster on one side of an edge, on the way down to the face.
@@ -76,66 +84,95 @@ struct Tree<'a> {
     splits: &'a [Split],
     loops: &'a Loops,
     nodes: &'a [NodeBounds],
-    covered: &'a [bool],
-    keys: &'a [f64],
+    keys: &'a [Activity],
 }
 
 impl Tree<'_> {
-    /// The records of the arcs that `node` cuts.
-    fn records_of_cut(&self, node: usize, faces: Range<usize>) -> Vec<CurveRecord> {
-        let left = self.splits[node].left_faces as usize;
-        let middle = faces.start + left;
-        let mut out = Vec::new();
-        // A single face registers all its corners: its arcs have no vertex to leave out.
-        if left < 2 || faces.len() - left < 2 {
-            return out;
+    /// The records of a node and of all below, in pieces in the order of the nodes.
+    fn records_below(&self, node: usize, faces: Range<usize>) -> Vec<Vec<CurveRecord>> {
+        let mut found = Found::default();
+        if faces.len() < SERIAL_BELOW {
+            self.records_below_serial(node, faces, &mut found);
+            return vec![found.records];
         }
-        let children = [(node + 1, faces.start..middle), (node + left, middle..faces.end)];
-        let on_cut = |h: u32| {
-            let across = self.mesh.opposite[h as usize];
-            across != NONE && children[1].1.contains(&(across as usize / 3))
-        };
-        for entries in split_loops(self.loops.of_node(children[0].0)) {
-            let ring: Vec<u32> = entries.iter().map(|h| h & !LAST).collect();
-            for arc in arcs_of_ring(&ring, &on_cut, &self.loops.starts_at_end, self.mesh) {
-                if arc.len() > 1 {
-                    self.records_of_arc(node, &arc, &children, &mut out);
-                }
-            }
-        }
-        out
+        self.records_of_cut(node, faces.clone(), &mut found);
+        let [left, right] = self.children(node, &faces);
+        let (l, r) =
+            rayon::join(|| self.records_below(left.0, left.1), || self.records_below(right.0, right.1));
+        let mut pieces = vec![found.records];
+        pieces.extend(l);
+        pieces.extend(r);
+        pieces
     }
 
+    fn records_below_serial(&self, node: usize, faces: Range<usize>, found: &mut Found) {
+        // A cluster of fewer faces is cut into single ones at least on one side, which register all their corners:
+        // no arc has a vertex to leave out.
+        if faces.len() >= 4 && !self.nodes[node].is_flat() {
+            self.records_of_cut(node, faces.clone(), found);
+            let [left, right] = self.children(node, &faces);
+            self.records_below_serial(left.0, left.1, found);
+            self.records_below_serial(right.0, right.1, found);
+        }
+    }
+
+    fn children(&self, node: usize, faces: &Range<usize>) -> [(usize, Range<usize>); 2] {
+        let left = self.splits[node].left_faces as usize;
+        let middle = faces.start + left;
+        [(node + 1, faces.start..middle), (node + left, middle..faces.end)]
+    }
+
+    /// The records of the arcs that `node` cuts.
+    fn records_of_cut(&self, node: usize, faces: Range<usize>, found: &mut Found) {
+        let children = self.children(node, &faces);
+        let is_face = children.iter().any(|(_, faces)| faces.len() == 1);
+        if self.splits[node].joins_components || is_face {
+            return;
+        }
+        let right = 3 * children[1].1.start..3 * children[1].1.end;
+        let on_cut = |h: u32| right.contains(&(self.mesh.opposite[h as usize] as usize));
+        let Found { records, edges, arc } = found;
+        for entries in split_loops(self.loops.of_node(children[0].0)) {
+            each_arc(self.mesh, entries, on_cut, &self.loops.starts_at_end, edges, |edges| {
+                // Without a vertex between its ends there is none to leave out.
+                if edges.len() > 1 {
+                    self.records_of_arc(node, edges, &children, arc, records);
+                }
+            });
+        }
+    }
+
+    /// The same for an arc of these half-edges.
     fn records_of_arc(
         &self,
         node: usize,
-        arc: &[u32],
+        edges: &[u32],
         children: &[(usize, Range<usize>); 2],
+        arc: &mut Arc,
         out: &mut Vec<CurveRecord>,
     ) {
-        let vertices: Vec<u32> = arc
-            .iter()
-            .map(|&h| self.mesh.origin(h))
-            .chain(arc.last().map(|&h| self.mesh.target(h)))
-            .collect();
-        let key = |i: usize| self.keys[self.mesh.weld[vertices[i] as usize] as usize];
+        let Arc { vertices, meetings } = arc;
+        vertices.clear();
+        vertices.extend(edges.iter().map(|&h| self.mesh.origin(h)));
+        vertices.extend(edges.last().map(|&h| self.mesh.target(h)));
+        let key = |i: usize| f64::from(self.keys[self.mesh.weld[vertices[i] as usize] as usize].bound);
         // Meetings at each edge, as far as one of its ends is not drawn anyway.
         let last = vertices.len() - 1;
-        let meetings: Vec<Vec<Meeting>> = arc
-            .iter()
-            .enumerate()
-            .map(|(i, &h)| {
-                let drawn_below = |i: usize| if i == 0 || i == last { f64::INFINITY } else { key(i) };
-                self.meetings(node, h, children, drawn_below(i).min(drawn_below(i + 1)))
-            })
-            .collect();
-        if meetings.iter().all(Vec::is_empty) {
+        let drawn_below = |i: usize| if i == 0 || i == last { f64::INFINITY } else { key(i) };
+        meetings.all.clear();
+        meetings.ends.clear();
+        for (i, &h) in edges.iter().enumerate() {
+            let down_to = drawn_below(i).min(drawn_below(i + 1));
+            self.add_meetings(node, h, children, down_to, &mut meetings.all);
+            meetings.ends.push(meetings.all.len());
+        }
+        if meetings.all.is_empty() {
             return;
         }
         let points: Vec<Vec3> = vertices.iter().map(|&v| self.mesh.positions[v as usize]).collect();
         let stretches = polyline::deviations(&points);
         let mut uncovered: Vec<f64> =
-            stretches.iter().map(|d| uncovered(&points, d.from, d.to, &meetings)).collect();
+            stretches.iter().map(|d| uncovered(&points, d.from, d.to, meetings)).collect();
         for (i, d) in stretches.iter().enumerate().rev() {
             if let Some(up) = d.within {
                 uncovered[up] = uncovered[up].max(uncovered[i]);
@@ -147,19 +184,22 @@ impl Tree<'_> {
         }
     }
 
-    /// The clusters that meet at an edge of the cut of `node`, for tolerances above `down_to`.
-    fn meetings(
+    /// Adds the clusters that meet at an edge of the cut of `node`, for tolerances above `down_to`.
+    fn add_meetings(
         &self,
         node: usize,
         half_edge: u32,
         children: &[(usize, Range<usize>); 2],
         down_to: f64,
-    ) -> Vec<Meeting> {
+        out: &mut Vec<Meeting>,
+    ) {
+        let mut below = f64::from(self.nodes[node].bound);
+        if below <= down_to {
+            return;
+        }
         let faces = [half_edge, self.mesh.opposite[half_edge as usize]].map(|h| h as usize / 3);
         let side = |i: usize| Side { node: children[i].0, faces: children[i].1.clone(), face: faces[i] };
         let mut sides = [side(0), side(1)];
-        let mut below = self.nodes[node].bound;
-        let mut out = Vec::new();
         while below > down_to {
             let [a, b] = [0, 1].map(|i| self.bound(&sides[i]));
             let from = a.max(b);
@@ -177,7 +217,6 @@ impl Tree<'_> {
             below = below.min(from);
             self.descend(&mut sides[coarser]);
         }
-        out
     }
 
     fn descend(&self, side: &mut Side) {
@@ -194,7 +233,7 @@ impl Tree<'_> {
     fn normal(&self, side: &Side) -> DVec3 {
         if side.faces.len() == 1 {
             self.mesh.face_normals[side.face].as_dvec3()
-        } else if self.covered[side.node] {
+        } else if self.nodes[side.node].from_corners {
             DVec3::ZERO
         } else {
             self.splits[side.node].normal.as_dvec3()
@@ -202,7 +241,7 @@ impl Tree<'_> {
     }
 
     fn bound(&self, side: &Side) -> f64 {
-        if side.faces.len() == 1 { 0.0 } else { self.nodes[side.node].bound }
+        if side.faces.len() == 1 { 0.0 } else { f64::from(self.nodes[side.node].bound) }
     }
 }
 
@@ -212,17 +251,17 @@ const FLAT: f64 = 0.94;
 
 /// The largest distance from the chord of `from..=to` of a point that lies beyond the polygons on both sides of it,
 /// capped by the tolerance up to which those polygons are drawn; 0 if all points are covered.
-fn uncovered(points: &[Vec3], from: usize, to: usize, meetings: &[Vec<Meeting>]) -> f64 {
+fn uncovered(points: &[Vec3], from: usize, to: usize, meetings: &Meetings) -> f64 {
     let (a, b) = (points[from].as_dvec3(), points[to].as_dvec3());
     let along = b - a;
     let mut worst = 0.0_f64;
-    for i in from + 1..to {
-        let offset = polyline::offset_from_segment(points[i].as_dvec3(), a, b);
+    for (i, p) in points.iter().enumerate().take(to).skip(from + 1) {
+        let offset = polyline::offset_from_segment(p.as_dvec3(), a, b);
         let distance = offset.length();
         if distance <= worst {
             continue;
         }
-        for m in meetings[i - 1].iter().chain(&meetings[i]) {
+        for m in meetings.at(i - 1).iter().chain(meetings.at(i)) {
             // The left cluster lies to the left of the chord in its plane, the other one to the right.
             let into_left = m.normals[0].cross(along);
             let into_right = along.cross(m.normals[1]);
@@ -234,45 +273,60 @@ fn uncovered(points: &[Vec3], from: usize, to: usize, meetings: &[Vec<Meeting>])
     worst
 }
 
-/// The stretches of a loop that lie on the cut, from end to end of an arc; a closed cut starts and ends at anchors.
-fn arcs_of_ring(
-    ring: &[u32],
-    on_cut: &dyn Fn(u32) -> bool,
-    starts_at_end: &[bool],
+/// Shows the stretches of a loop that lie on the cut, from end to end of an arc; a closed cut starts and ends at
+/// anchors. `arc` is memory for one stretch.
+fn each_arc(
     mesh: &TreeMesh,
-) -> Vec<Vec<u32>> {
-    let n = ring.len();
-    let begins = |i: usize| {
-        let before = ring[(i + n - 1) % n];
-        on_cut(ring[i]) && (starts_at_end[ring[i] as usize] || !on_cut(before))
+    entries: &[u32],
+    on_cut: impl Fn(u32) -> bool,
+    starts_at_end: &[bool],
+    arc: &mut Vec<u32>,
+    mut show: impl FnMut(&[u32]),
+) {
+    let half_edge = |i: usize| entries[i] & !LAST;
+    let Some(last) = entries.len().checked_sub(1) else { return };
+    let mut after_cut = on_cut(half_edge(last));
+    let mut begins = |i: usize| {
+        let is_on_cut = on_cut(half_edge(i));
+        let begins = is_on_cut && (!after_cut || starts_at_end[half_edge(i) as usize]);
+        after_cut = is_on_cut;
+        begins
     };
-    let mut starts: Vec<usize> = (0..n).filter(|&i| begins(i)).collect();
-    if starts.is_empty() && on_cut(ring[0]) {
-        let points: Vec<Vec3> = ring.iter().map(|&h| mesh.positions[mesh.origin(h) as usize]).collect();
-        polyline::complete_to_three(&points, &mut starts);
-        starts.sort_unstable();
+    let mut anchors = Vec::new();
+    let first = match (0..entries.len()).find(|&i| begins(i)) {
+        Some(first) => first,
+        None if on_cut(half_edge(0)) => {
+            let points: Vec<Vec3> =
+                entries.iter().map(|&h| mesh.positions[mesh.origin(h & !LAST) as usize]).collect();
+            polyline::complete_to_three(&points, &mut anchors);
+            anchors.iter().copied().min().unwrap_or(0)
+        }
+        None => return,
+    };
+    arc.clear();
+    for i in (first..entries.len()).chain(0..first) {
+        let h = half_edge(i);
+        let is_on_cut = on_cut(h);
+        if !arc.is_empty() && (!is_on_cut || starts_at_end[h as usize] || anchors.contains(&i)) {
+            show(arc);
+            arc.clear();
+        }
+        if is_on_cut {
+            arc.push(h);
+        }
     }
-    let is_start = |i: usize| starts.binary_search(&i).is_ok();
-    starts
-        .iter()
-        .map(|&start| {
-            let mut arc = vec![ring[start]];
-            let mut i = (start + 1) % n;
-            while !is_start(i) && on_cut(ring[i]) && i != start {
-                arc.push(ring[i]);
-                i = (i + 1) % n;
-            }
-            arc
-        })
-        .collect()
+    if !arc.is_empty() {
+        show(arc);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn meeting(a: DVec3, b: DVec3) -> Vec<Vec<Meeting>> {
-        vec![vec![Meeting { from: 0.0, below: 9.0, normals: [a, b] }]; 2]
+    fn meeting(a: DVec3, b: DVec3) -> Meetings {
+        let one = Meeting { from: 0.0, below: 9.0, normals: [a, b] };
+        Meetings { all: vec![one; 2], ends: vec![1, 2] }
     }
 
     #[test]

@@ -46,10 +46,15 @@ impl Loops {
             stamp: &mut stamp,
             ends: &mut starts_at_end,
             len: &mut len,
+            added: Vec::new(),
         };
         let pieces = subtree.collect_parallel();
         drop((next, prev, stamp));
-        let half_edges = pieces.concat();
+        let mut half_edges = Vec::with_capacity(pieces.iter().map(Vec::len).sum());
+        // One by one, so that a piece is freed before the next is copied.
+        for piece in pieces {
+            half_edges.extend_from_slice(&piece);
+        }
         let start = starts(splits, &len, faces);
         Loops { half_edges, start, len, starts_at_end }
     }
@@ -102,6 +107,8 @@ struct Subtree<'a> {
     stamp: &'a mut [u32],
     ends: &'a mut [bool],
     len: &'a mut [u32],
+    /// The loops of the node in hand, while those of its children are read.
+    added: Vec<u32>,
 }
 
 /// Subtrees of fewer faces write one list on one thread.
@@ -135,6 +142,7 @@ impl Subtree<'_> {
                 stamp: stamp_l,
                 ends: ends_l,
                 len: len_l,
+                added: Vec::new(),
             };
             let r = Subtree {
                 mesh: self.mesh,
@@ -146,6 +154,7 @@ impl Subtree<'_> {
                 stamp: stamp_r,
                 ends: ends_r,
                 len: len_r,
+                added: Vec::new(),
             };
             rayon::join(|| l.collect_parallel(), || r.collect_parallel())
         };
@@ -176,27 +185,27 @@ impl Subtree<'_> {
         }
         let end_r = out.len();
         let len_r = if faces.end - middle > 1 { self.len[node + left] as usize } else { 0 };
-        let mut own = std::mem::take(out);
-        let mut added = Vec::new();
+        let mut added = std::mem::take(&mut self.added);
+        added.clear();
         {
             let single_l;
             let loops_l = if left > 1 {
-                &own[end_l - len_l..end_l]
+                &out[end_l - len_l..end_l]
             } else {
                 single_l = loop_of_face(faces.start);
                 &single_l[..]
             };
             let single_r;
             let loops_r = if faces.end - middle > 1 {
-                &own[end_r - len_r..end_r]
+                &out[end_r - len_r..end_r]
             } else {
                 single_r = loop_of_face(middle);
                 &single_r[..]
             };
             self.join(node, faces, middle, loops_l, loops_r, &mut added);
         }
-        own.extend_from_slice(&added);
-        *out = own;
+        out.extend_from_slice(&added);
+        self.added = added;
     }
 
     /// Takes the shared edges out of the children's loops and writes the node's own.

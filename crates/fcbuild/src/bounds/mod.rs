@@ -6,5 +6,5 @@ mod node;
 mod outliers;
 
 pub use bounding_polygon::BoundingPolygon;
-pub use node::{Measured, NodeBounds, combine, measure};
+pub use node::{Cluster, Measurer, NodeBounds};
 pub use outliers::raise_keys;

@@ -1,6 +1,7 @@
 //! Clusters that the budget order would forget: small in area, far from their polygon.
 
-use crate::partition::Split;
+use super::NodeBounds;
+use fcgeom::round_up;
 
 /// Raises the budget keys of clusters whose distance bound is far out of proportion to them.
 ///
@@ -9,28 +10,24 @@ use crate::partition::Split;
 /// area times a squared distance, goes as L^(3/2): as bound^(3/4). A key that is a small part of what that gives for
 /// the typical cluster of the mesh is raised to this part.
 ///
-/// `bound` is the distance bound of each node alone.
-pub fn raise_keys(splits: &mut [Split], bound: impl Fn(usize) -> f64) {
-    let of_bound = |b: f64| (b * b.sqrt()).sqrt();
-    let step = splits.len().div_ceil(SAMPLES).max(1);
-    let mut ratios: Vec<f64> = (0..splits.len())
-        .step_by(step)
-        .filter_map(|i| {
-            let ratio = splits[i].key / of_bound(bound(i));
-            (ratio.is_finite() && ratio > 0.0).then_some(ratio)
-        })
-        .collect();
+/// The bounds are nested, so the keys stay nested.
+pub fn raise_keys(nodes: &mut [NodeBounds]) {
+    let of_bound = |n: &NodeBounds| (f64::from(n.bound) * f64::from(n.bound).sqrt()).sqrt();
+    let step = nodes.len().div_ceil(SAMPLES).max(1);
+    let ratio = |n: &NodeBounds| f64::from(n.budget) / of_bound(n);
+    let usable = |r: &f64| r.is_finite() && *r > 0.0;
+    let mut ratios: Vec<f64> = nodes.iter().step_by(step).map(ratio).filter(usable).collect();
     if ratios.is_empty() {
         return;
     }
     let middle = ratios.len() / 2;
     let (_, typical, _) = ratios.select_nth_unstable_by(middle, f64::total_cmp);
     let least = SHARE * *typical;
-    for (i, split) in splits.iter_mut().enumerate() {
-        let raised = least * of_bound(bound(i));
-        // Never drawn, and never compared.
+    for node in nodes {
+        let raised = round_up(least * of_bound(node));
+        // What is infinite is never drawn.
         if raised.is_finite() {
-            split.key = split.key.max(raised);
+            node.budget = node.budget.max(raised);
         }
     }
 }
@@ -45,31 +42,23 @@ const SAMPLES: usize = 1 << 16;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn a_spike_is_raised_and_the_rest_is_left() {
-        let mut splits: Vec<Split> = (1..200_u16)
+        let mut nodes: Vec<NodeBounds> = (1..200_u16)
             .map(|i| {
-                let bound = f64::from(i) * 1e-3;
-                let key = 3.0 * (bound * bound.sqrt()).sqrt();
-                Split {
-                    left_faces: 1,
-                    joins_components: false,
-                    epsilon: 0.0,
-                    key,
-                    offset: 0.0,
-                    normal: Vec3::Z,
-                }
+                let bound = f32::from(i) * 1e-3;
+                NodeBounds { bound, budget: 3.0 * (bound * bound.sqrt()).sqrt(), ..NodeBounds::UNKNOWN }
             })
             .collect();
-        let before: Vec<f64> = splits.iter().map(|s| s.key).collect();
-        raise_keys(&mut splits, |i| if i == 50 { 1.0 } else { f64::from(i as u16 + 1) * 1e-3 });
-        for (i, (s, b)) in splits.iter().zip(before).enumerate() {
+        nodes[50].bound = 1.0;
+        let before: Vec<f32> = nodes.iter().map(|n| n.budget).collect();
+        raise_keys(&mut nodes);
+        for (i, (n, b)) in nodes.iter().zip(before).enumerate() {
             if i == 50 {
-                assert!((s.key - 3.0 * SHARE).abs() < 1e-9, "{}", s.key);
+                assert!((f64::from(n.budget) - 3.0 * SHARE).abs() < 1e-3, "{}", n.budget);
             } else {
-                assert_eq!(s.key, b);
+                assert_eq!(n.budget, b);
             }
         }
     }

@@ -5,6 +5,7 @@ mod cone;
 mod frustum;
 mod moments;
 mod plane;
+mod quads;
 mod reference;
 mod rounding;
 mod sphere;
