@@ -1,0 +1,37 @@
+//! `cargo xtask bench`: what the trees are worth and what they cost, beside other programs in the same run.
+//!
+//! Every bench checks its own answers and fails when one is wrong; a figure that is merely missed is marked.
+
+use std::error::Error;
+
+use clap::Subcommand;
+
+mod builder;
+mod distance;
+mod drawn;
+mod input;
+mod ledger;
+mod nearest;
+mod peers;
+mod quality;
+mod sampling;
+mod scores;
+mod table;
+mod targets;
+
+/// Something to measure.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Bench {
+    /// Surface distances at equal numbers of triangles.
+    Quality(quality::Args),
+}
+
+/// Runs one of them.
+///
+/// # Errors
+/// When something cannot be run, or an answer is wrong.
+pub(crate) fn run(bench: &Bench) -> Result<(), Box<dyn Error>> {
+    match bench {
+        Bench::Quality(args) => quality::run(args),
+    }
+}
