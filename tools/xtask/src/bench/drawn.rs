@@ -13,7 +13,7 @@ use crate::data::ply_out::Mesh;
 /// The search for a tolerance ends when so large a share of the triangles is used.
 const NEAR_ENOUGH: f64 = 0.998;
 
-/// No finite bound is over this tolerance.
+/// No finite key is over this tolerance.
 const COARSEST: f64 = f32::MAX as f64;
 
 /// A mesh and the number of triangles that it was drawn with.
@@ -23,8 +23,8 @@ pub(crate) struct Drawn {
     pub(crate) mesh: Mesh,
     /// Those that collapse counted too.
     pub(crate) triangles: u64,
-    /// Nothing coarser is there: it may have more triangles than were asked for.
-    pub(crate) coarsest: bool,
+    /// Whether the tree has a cut of no more triangles than were asked for.
+    pub(crate) exists: bool,
 }
 
 /// Every face of the tree.
@@ -34,24 +34,27 @@ pub(crate) struct Drawn {
 pub(crate) fn full(tree: &Tree) -> Result<Drawn, Box<dyn Error>> {
     let mut cut = Extraction::default();
     extract(tree, &Selection::full(), &mut cut)?;
-    drawn(tree, &cut, false)
+    drawn(tree, &cut, true)
 }
 
-/// The finest cut of at most `triangles` triangles in an order; the coarsest mesh if even that has more.
+/// The finest cut of at most `triangles` triangles in an order, or what the search has left if it found none.
 ///
 /// # Errors
 /// When the tree is damaged.
 pub(crate) fn within(tree: &Tree, triangles: u64, order: Order) -> Result<Drawn, Box<dyn Error>> {
     let mut cut = Extraction::default();
-    let coarsest = match order {
-        Order::Budget => !fit(tree, Budget::Triangles(triangles), &mut cut)?.within,
+    extract(tree, &Selection::uniform(COARSEST, order), &mut cut)?;
+    let exists = cut.stats.triangles <= triangles;
+    match order {
+        Order::Budget => {
+            fit(tree, Budget::Triangles(triangles), &mut cut)?;
+        }
         Order::Bound => {
             let distance = tolerance(tree, triangles, &mut cut)?;
             extract(tree, &Selection::uniform(distance, Order::Bound), &mut cut)?;
-            distance == COARSEST
         }
-    };
-    drawn(tree, &cut, coarsest)
+    }
+    drawn(tree, &cut, exists)
 }
 
 /// The least distance bound found whose cut keeps to the number, by halving the numbers that there are.
@@ -73,13 +76,13 @@ fn tolerance(tree: &Tree, triangles: u64, cut: &mut Extraction) -> Result<f64, B
     Ok(f64::from(f32::from_bits(fits)))
 }
 
-fn drawn(tree: &Tree, cut: &Extraction, coarsest: bool) -> Result<Drawn, Box<dyn Error>> {
+fn drawn(tree: &Tree, cut: &Extraction, exists: bool) -> Result<Drawn, Box<dyn Error>> {
     let positions = positions(tree, cut);
     let indices = cut.indices.as_chunks::<3>().0;
     if indices.iter().flatten().any(|v| *v as usize >= positions.len()) {
         return Err(format!("{}: a triangle names a vertex that is not there", tree.path().display()).into());
     }
-    Ok(Drawn { mesh: weld(&positions, indices), triangles: cut.stats.triangles, coarsest })
+    Ok(Drawn { mesh: weld(&positions, indices), triangles: cut.stats.triangles, exists })
 }
 
 /// Where the vertices of a cut are drawn, by the indices of its triangles.

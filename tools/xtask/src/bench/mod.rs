@@ -6,16 +6,20 @@ use std::error::Error;
 
 use clap::Subcommand;
 
+mod build;
 mod builder;
+mod costs;
 mod distance;
 mod drawn;
 mod input;
 mod ledger;
 mod nearest;
 mod peers;
+mod process;
 mod quality;
 mod sampling;
 mod scores;
+mod subdivision;
 mod table;
 mod targets;
 
@@ -24,6 +28,8 @@ mod targets;
 pub(crate) enum Bench {
     /// Surface distances at equal numbers of triangles.
     Quality(quality::Args),
+    /// Time, memory and size of building a tree.
+    Build(build::Args),
 }
 
 /// Runs one of them.
@@ -33,5 +39,6 @@ pub(crate) enum Bench {
 pub(crate) fn run(bench: &Bench) -> Result<(), Box<dyn Error>> {
     match bench {
         Bench::Quality(args) => quality::run(args),
+        Bench::Build(args) => build::run(args),
     }
 }

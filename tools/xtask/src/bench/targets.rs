@@ -1,4 +1,5 @@
-//! The figures that the trees are held against, as ratios to a peer at the same number of triangles.
+//! The figures that the trees are held against: ratios to a peer at the same number of triangles, and what a build
+//! may take.
 
 /// A number of triangles to simplify to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,6 +82,21 @@ pub(crate) const MAX: f64 = 1.2;
 
 /// What is aimed at beyond: the mean error of quadrics with optimal placement.
 pub(crate) const STRETCH: f64 = 1.0;
+
+/// Building is judged from so many faces on.
+pub(crate) const LARGE: usize = 500_000;
+
+/// Least speed of a build with two threads.
+pub(crate) const FACES_PER_SECOND: f64 = 600_000.0;
+
+/// Most memory of a build at its peak, in bytes a face.
+pub(crate) const PEAK: f64 = 200.0;
+
+/// Largest file, in bytes a face.
+pub(crate) const FILE: f64 = 45.0;
+
+/// Largest ratio of time over n log n between a mesh and one that is smaller: one, and what noise adds.
+pub(crate) const GROWTH: f64 = 1.1;
 
 #[cfg(test)]
 mod tests {

@@ -20,7 +20,7 @@ mod relax;
 pub(crate) mod sculpture;
 mod terrain;
 #[cfg(test)]
-mod topology;
+pub(crate) mod topology;
 
 use circle::circle;
 use ply_out::Mesh;

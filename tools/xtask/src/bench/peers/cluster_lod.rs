@@ -25,7 +25,7 @@ struct Cluster {
     indices: Vec<u32>,
 }
 
-/// Builds the hierarchy and throws it away: what its time is measured by.
+/// Builds the hierarchy, throws it away and returns the number of groups: what its time is measured by.
 pub(crate) fn build_only(mesh: &Mesh) -> usize {
     let mut groups = 0;
     let Some(vertices) = positions(mesh) else { return groups };

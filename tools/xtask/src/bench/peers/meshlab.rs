@@ -61,6 +61,20 @@ impl MeshLab {
             .collect()
     }
 
+    /// Seconds that the Nexus builder takes to make `output` of a mesh file.
+    ///
+    /// # Errors
+    /// When the script fails.
+    pub(crate) fn nexus(&self, input: &Path, output: &Path) -> Result<f64, Box<dyn Error>> {
+        let mut command = self.command(&["nexus"]);
+        command.arg(input).arg(output);
+        let said = run(command)?;
+        let last = said.lines().last().unwrap_or_default();
+        last.trim()
+            .parse()
+            .map_err(|_not_a_number| format!("pymeshlab: expected seconds, found {last}").into())
+    }
+
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(&self.python);
         command.args(["-c", SCRIPT]).args(arguments);

@@ -4,7 +4,7 @@ mod cluster_lod;
 mod meshlab;
 mod simplify;
 
-pub(crate) use cluster_lod::ClusterLod;
+pub(crate) use cluster_lod::{ClusterLod, build_only};
 pub(crate) use meshlab::MeshLab;
 pub(crate) use simplify::{keep_vertices, move_vertices};
 
