@@ -25,11 +25,12 @@ Examples:
   cargo xtask bench build --check dragon.ply       the same bytes for 1, 2 and 3 threads, too
   cargo xtask bench build --append my-laptop       keep the figures
 
-Times are medians of whole processes, a mesh file in and a synced .fct out; the mesh file is in the system's cache.
-Cluster LOD is built from the same mesh in memory by one thread, in turns with fcbuild; nothing of it is written.
+Times are medians of whole processes, a mesh file in and a synced .fct out; the mesh file is in
+the system's cache. Cluster LOD is built from the same mesh in memory by one thread, in turns with
+fcbuild; nothing of it is written.
 
-It fails when an answer is wrong: a tree that does not verify or has lost a face, or bytes that differ between runs.
-A figure that is only missed is marked.";
+It fails when an answer is wrong: a tree that does not verify or has lost a face, or bytes that
+differ between runs. A figure that is only missed is marked.";
 
 /// The generated meshes: each has four times the faces of the one before.
 const SMALLEST: u64 = 1_000_000;
@@ -68,7 +69,7 @@ pub(crate) struct Args {
     /// A fcbuild to measure [default: that of this workspace, built first]
     #[arg(long, value_name = "PROGRAM")]
     fcbuild: Option<PathBuf>,
-    /// Append the figures to docs/benchmarks/MACHINE/<date>.csv
+    /// Append the figures to docs/benchmarks/MACHINE/DATE.csv
     #[arg(long, value_name = "MACHINE")]
     append: Option<String>,
 }

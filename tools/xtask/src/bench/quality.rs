@@ -25,12 +25,13 @@ Examples:
   cargo xtask bench quality --sizes 1000,10% --no-meshlab a.ply  the quick part of it
   cargo xtask bench quality --append my-laptop                   keep the figures
 
-RMS and maximum are symmetric surface distances in 1e-4 of the diagonal of the bounding box: the RMS over samples
-spread evenly over either surface, the maximum over samples and vertices. A ratio is ours over the peer's at the same
-number of triangles; ~ marks a peer that did not reach the number, and such a ratio is not judged.
+RMS and maximum are symmetric surface distances in 1e-4 of the bounding box's diagonal: the RMS
+over samples spread evenly over either surface, the maximum over samples and vertices.
+A ratio is ours over the peer's at the same number of triangles; ~ marks one that is not judged,
+because the peer did not reach the number.
 
-It fails when an answer is wrong: a cut over its number, a crack in a closed mesh, a full resolution that is not the
-input. A figure that is only missed is marked.";
+It fails when an answer is wrong: a cut over its number, a crack in a closed mesh, a full
+resolution that is not the input. A figure that is only missed is marked.";
 
 /// What `cargo xtask bench quality` is told.
 #[derive(Debug, clap::Args)]
@@ -57,7 +58,7 @@ pub(crate) struct Args {
     /// A fcbuild to measure [default: that of this workspace, built first]
     #[arg(long, value_name = "PROGRAM")]
     fcbuild: Option<PathBuf>,
-    /// Append the figures to docs/benchmarks/MACHINE/<date>.csv
+    /// Append the figures to docs/benchmarks/MACHINE/DATE.csv
     #[arg(long, value_name = "MACHINE")]
     append: Option<String>,
 }
