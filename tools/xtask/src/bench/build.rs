@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Box<dyn Error>> {
         eprintln!("{why}");
     }
     // On the disk that holds the sources rather than in the system's temporary folder, which may be memory.
-    let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../out");
+    let home = super::workspace().join("out");
     fs::create_dir_all(&home)?;
     let folder = tempfile::tempdir_in(home)?;
     let bench = Bench { args, builder, meshlab: meshlab.ok(), folder: folder.path() };

@@ -56,7 +56,7 @@ impl Builder {
 /// The program of this workspace, beside the folder of the one that runs now.
 fn build() -> Result<PathBuf, Box<dyn Error>> {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."));
+    cargo.current_dir(super::workspace());
     cargo.args(["build", "--release", "--quiet", "--package", "fcbuild"]);
     if !cargo.status()?.success() {
         return Err("cargo could not build fcbuild; see above".into());

@@ -58,7 +58,7 @@ pub(crate) fn paths(named: &[PathBuf], scans: Option<&Path>) -> Result<Vec<PathB
     if !named.is_empty() {
         return Ok(named.to_vec());
     }
-    let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data");
+    let home = super::workspace().join("data");
     let mut paths: Vec<PathBuf> = SAMPLES.iter().map(|name| home.join(name)).collect();
     if let Some(folder) = scans {
         for name in SCANS {

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fs::OpenOptions;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The columns of every file.
@@ -37,7 +37,7 @@ pub(crate) fn append(machine: &str, entries: &[Entry]) -> Result<PathBuf, Box<dy
             format!("--append {machine}: a machine's name is made of letters, digits, - and _").into()
         );
     }
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/benchmarks").join(machine);
+    let folder = super::workspace().join("docs/benchmarks").join(machine);
     std::fs::create_dir_all(&folder)?;
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs();
     let path = folder.join(format!("{}.csv", date(seconds / 86_400)));

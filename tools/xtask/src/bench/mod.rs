@@ -3,6 +3,7 @@
 //! Every bench checks its own answers and fails when one is wrong; a figure that is merely missed is marked.
 
 use std::error::Error;
+use std::path::Path;
 
 use clap::Subcommand;
 
@@ -30,6 +31,12 @@ pub(crate) enum Bench {
     Quality(quality::Args),
     /// Time, memory and size of building a tree.
     Build(build::Args),
+}
+
+/// The folder of the workspace.
+fn workspace() -> &'static Path {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    own.ancestors().nth(2).unwrap_or(own)
 }
 
 /// Runs one of them.

@@ -41,6 +41,8 @@ struct Line {
     size: String,
     ours: Ours,
     peers: [Option<Peer>; 3],
+    /// The number of triangles is the peer's own, and what we leave of it is our loss.
+    own_number: bool,
     missed: Vec<String>,
     judged: usize,
 }
@@ -65,10 +67,10 @@ impl Scores {
     /// A cut in the budget order, and simplifications: the input's vertices, moved vertices, optimal placement.
     pub(crate) fn budget(&mut self, size: Size, ours: Ours, kept: Peer, moved: Peer, quadrics: Option<Peer>) {
         let mut line = self.line(size.to_string(), ours, [Some(kept), Some(moved), quadrics]);
-        line.judge("RMS", rms(ours, kept), targets::rms(&self.mesh, size));
-        line.judge("max", max(ours, kept), targets::MAX);
+        line.judge("RMS", line.rms(kept), targets::rms(&self.mesh, size));
+        line.judge("max", line.max(kept), targets::MAX);
         if let Some(quadrics) = quadrics {
-            line.judge("stretch", rms(ours, quadrics), targets::STRETCH);
+            line.judge("stretch", line.rms(quadrics), targets::STRETCH);
         }
         self.budget.push(line);
     }
@@ -77,7 +79,7 @@ impl Scores {
     pub(crate) fn guaranteed(&mut self, size: Size, ours: Ours, kept: Peer) {
         let mut line = self.line(size.to_string(), ours, [Some(kept), None, None]);
         if let Some(limit) = targets::guaranteed_rms(size.of(self.faces)) {
-            line.judge("RMS", rms(ours, kept), limit);
+            line.judge("RMS", line.rms(kept), limit);
         }
         self.guaranteed.push(line);
     }
@@ -85,15 +87,14 @@ impl Scores {
     /// A cut in the budget order at the size of one of cluster LOD.
     pub(crate) fn cluster_lod(&mut self, ours: Ours, peer: Peer) {
         let mut line = self.line(peer.triangles.to_string(), ours, [Some(peer), None, None]);
-        // The number is the peer's own; what we leave of it is our loss.
-        let fair = ours.triangles <= peer.triangles;
-        line.judge("RMS", Ratio { fair, ..rms(ours, peer) }, targets::CLUSTER_LOD);
+        line.own_number = true;
+        line.judge("RMS", line.rms(peer), targets::CLUSTER_LOD);
         self.cluster_lod.push(line);
     }
 
     fn line(&self, size: String, ours: Ours, peers: [Option<Peer>; 3]) -> Line {
         let (mesh, faces, split) = (self.mesh.clone(), self.faces, self.split.clone());
-        Line { mesh, faces, split, size, ours, peers, missed: Vec::new(), judged: 0 }
+        Line { mesh, faces, split, size, ours, peers, own_number: false, missed: Vec::new(), judged: 0 }
     }
 
     /// Writes the tables and how many figures were met.
@@ -127,8 +128,8 @@ impl Scores {
         for line in &self.budget {
             let mut cells = line.cells();
             cells.extend(line.peers.iter().flat_map(|p| peer_cells(*p)));
-            cells.extend(line.peers.iter().map(|p| p.map_or_else(dash, |p| rms(line.ours, p).to_string())));
-            cells.push(line.peers[0].map_or_else(dash, |p| max(line.ours, p).to_string()));
+            cells.extend(line.peers.iter().map(|p| p.map_or_else(dash, |p| line.rms(p).to_string())));
+            cells.push(line.peers[0].map_or_else(dash, |p| line.max(p).to_string()));
             cells.push(line.missed.join(", "));
             table.row(cells);
         }
@@ -154,8 +155,8 @@ impl Scores {
             for line in lines {
                 let mut cells = line.cells();
                 cells.extend(peer_cells(line.peers[0]));
-                cells.push(line.peers[0].map_or_else(dash, |p| rms(line.ours, p).to_string()));
-                cells.push(line.peers[0].map_or_else(dash, |p| max(line.ours, p).to_string()));
+                cells.push(line.peers[0].map_or_else(dash, |p| line.rms(p).to_string()));
+                cells.push(line.peers[0].map_or_else(dash, |p| line.max(p).to_string()));
                 cells.push(line.missed.join(", "));
                 table.row(cells);
             }
@@ -207,6 +208,22 @@ impl Line {
         vec![self.mesh.clone(), self.size.clone(), self.ours.triangles.to_string(), three(rms), three(max)]
     }
 
+    fn rms(&self, peer: Peer) -> Ratio {
+        Ratio { value: self.ours.distance.rms / peer.distance.rms, fair: self.is_fair(peer) }
+    }
+
+    fn max(&self, peer: Peer) -> Ratio {
+        Ratio { value: self.ours.distance.max / peer.distance.max, fair: self.is_fair(peer) }
+    }
+
+    fn is_fair(&self, peer: Peer) -> bool {
+        if self.own_number {
+            return self.ours.triangles <= peer.triangles;
+        }
+        let difference = self.ours.triangles.abs_diff(peer.triangles);
+        difference <= EQUAL_TRIANGLES || difference as f64 <= EQUAL * self.ours.triangles as f64
+    }
+
     /// Remembers a ratio that is over its limit.
     fn judge(&mut self, what: &str, ratio: Ratio, limit: f64) {
         if ratio.fair {
@@ -225,19 +242,6 @@ struct Ratio {
     value: f64,
     /// Whether the numbers of triangles are about the same.
     fair: bool,
-}
-
-fn rms(ours: Ours, peer: Peer) -> Ratio {
-    Ratio { value: ours.distance.rms / peer.distance.rms, fair: is_fair(ours, peer) }
-}
-
-fn max(ours: Ours, peer: Peer) -> Ratio {
-    Ratio { value: ours.distance.max / peer.distance.max, fair: is_fair(ours, peer) }
-}
-
-fn is_fair(ours: Ours, peer: Peer) -> bool {
-    let difference = ours.triangles.abs_diff(peer.triangles);
-    difference <= EQUAL_TRIANGLES || difference as f64 <= EQUAL * ours.triangles as f64
 }
 
 impl std::fmt::Display for Ratio {
