@@ -65,7 +65,7 @@ has_vulkan_driver() {
     [[ $device == yes && $driver == yes ]]
 }
 
-# The linker that rustc calls.
+# The linker that rustc calls, and a compiler for the C++ of meshoptimizer, which the benches compare with.
 need_compiler() {
     command -v cargo >/dev/null || {
         # A fresh rustup is on the PATH of the next login only.
@@ -75,6 +75,7 @@ need_compiler() {
     command -v cargo >/dev/null || give_up "cargo is missing; install Rust from https://rustup.rs"
     on_linux || return 0
     command -v cc >/dev/null || bring "a C compiler, whose linker rustc needs," gcc libc6-dev
+    command -v c++ >/dev/null || bring "a C++ compiler" g++ libc6-dev
 }
 
 # A Vulkan loader and driver; macOS and Windows have a graphics interface of their own.

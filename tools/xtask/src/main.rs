@@ -1,4 +1,5 @@
-//! What developers run: `cargo xtask data` writes the sample meshes, `cargo xtask campaign` runs the long tests.
+//! What developers run: `cargo xtask data` writes the sample meshes, `cargo xtask campaign` runs the long tests,
+//! `cargo xtask bench` measures quality and speed beside those of other programs.
 //!
 //! This file only parses the command line and hands over; each subcommand has a module of its own.
 
@@ -6,6 +7,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod bench;
 mod campaign;
 mod data;
 
@@ -23,12 +25,16 @@ enum Task {
     Data(data::Args),
     /// Run the tests that take minutes or need real scans.
     Campaign(campaign::Args),
+    /// Measure beside other programs, and check every answer.
+    #[command(subcommand)]
+    Bench(bench::Bench),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Data(args) => data::run(&args).map_err(Into::into),
         Task::Campaign(args) => campaign::run(&args),
+        Task::Bench(bench) => bench::run(&bench),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -11,16 +11,16 @@ mod circle;
 mod distance;
 mod field;
 mod halfedge;
-mod noise;
+pub(crate) mod noise;
 mod odd;
 mod parts;
-mod ply_out;
+pub(crate) mod ply_out;
 mod polygonise;
 mod relax;
-mod sculpture;
+pub(crate) mod sculpture;
 mod terrain;
 #[cfg(test)]
-mod topology;
+pub(crate) mod topology;
 
 use circle::circle;
 use ply_out::Mesh;
@@ -113,7 +113,7 @@ fn say(path: &Path, what: &str) {
 }
 
 /// 4000000 as `4m`, 250000 as `250k`, anything else in full.
-fn short(n: u64) -> String {
+pub(crate) fn short(n: u64) -> String {
     match n {
         n if n % 1_000_000 == 0 => format!("{}m", n / 1_000_000),
         n if n % 1_000 == 0 => format!("{}k", n / 1_000),

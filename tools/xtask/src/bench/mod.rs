@@ -1,0 +1,51 @@
+//! `cargo xtask bench`: what the trees are worth and what they cost, beside other programs in the same run.
+//!
+//! Every bench checks its own answers and fails when one is wrong; a figure that is merely missed is marked.
+
+use std::error::Error;
+use std::path::Path;
+
+use clap::Subcommand;
+
+mod build;
+mod builder;
+mod costs;
+mod distance;
+mod drawn;
+mod input;
+mod ledger;
+mod nearest;
+mod peers;
+mod process;
+mod quality;
+mod sampling;
+mod scores;
+mod subdivision;
+mod table;
+mod targets;
+
+/// Something to measure.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Bench {
+    /// Surface distances at equal numbers of triangles.
+    Quality(quality::Args),
+    /// Time, memory and size of building a tree.
+    Build(build::Args),
+}
+
+/// The folder of the workspace.
+fn workspace() -> &'static Path {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    own.ancestors().nth(2).unwrap_or(own)
+}
+
+/// Runs one of them.
+///
+/// # Errors
+/// When something cannot be run, or an answer is wrong.
+pub(crate) fn run(bench: &Bench) -> Result<(), Box<dyn Error>> {
+    match bench {
+        Bench::Quality(args) => quality::run(args),
+        Bench::Build(args) => build::run(args),
+    }
+}
