@@ -2,6 +2,7 @@
 
 use crate::arcs::{activity, corners, curves, flaps, loops::Loops};
 use crate::bounds;
+use crate::clusters;
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
@@ -59,7 +60,6 @@ pub struct Built {
     pub tally: Tally,
     /// Wall time of each phase, in order.
     pub times: Vec<(Phase, Duration)>,
-    root: ChildRef,
     records: Records,
 }
 
@@ -68,12 +68,9 @@ impl Built {
     pub fn data(&self) -> TreeData<'_> {
         let r = &self.records;
         TreeData {
-            root: self.root,
             meta: &self.meta,
-            nodes: &r.nodes,
+            clusters: &r.clusters,
             vertices: &r.vertices,
-            faces: &r.faces,
-            loops: &r.loops,
             weld: &r.weld,
             bounding_polygons: &r.polygons,
             normals: Some(&r.normals),
@@ -149,7 +146,9 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     }
     let measure = |at: corners::Cornered<'_>| bounds::measure(&mesh, &splits[at.node], &at);
     let (registrations, measured) = corners::register(&mesh, &splits, &loops, &anchored, &measure);
-    let nodes = bounds::combine(&mesh, &splits, &measured);
+    let mut nodes = bounds::combine(&mesh, &splits, &measured);
+    let clusters =
+        clusters::pack(&mesh, &splits, &loops, &mut nodes, &|node| measured[node].polygon.is_some())?;
     let mut activity = activity::gather(&mesh.weld, &registrations, &curve_records, &nodes);
     let keys: Vec<f64> = activity.iter().map(|a| a.bound).collect();
     let covered: Vec<bool> = measured.iter().map(|m| m.from_corners).collect();
@@ -158,12 +157,11 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }
-    drop(registrations);
+    drop((registrations, nodes));
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);
-    let root = if splits.is_empty() { ChildRef::face(0) } else { ChildRef::node(0) };
-    let mut records = Records::new(mesh, &splits, loops, &nodes, &measured, &activity)?;
+    let mut records = Records::new(mesh, &splits, loops, measured, clusters, activity)?;
     records.groups = groups;
     for v in &records.vertices {
         for (axis, x) in v.position.iter().enumerate() {
@@ -172,7 +170,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
         }
     }
     clock.lap(Phase::Records);
-    Ok(Built { meta, tally, times: clock.times, root, records })
+    Ok(Built { meta, tally, times: clock.times, records })
 }
 
 struct Clock {
