@@ -58,7 +58,7 @@ pub use loops::Loops;
 pub use meta::{MAX_META_LEN, Meta};
 pub use node::{BoundingPolygon, Node};
 pub use octahedral::{FineNormalRecord, NormalRecord};
-pub use pack::{ClusterData, Clusters, PackError, Packed, PageRun, Plan};
+pub use pack::{ClusterData, Clusters, PackError, Packed, PageRun, PlainClusters, Plan};
 pub use publish::Pending;
 pub use records::{
     BoundingPolygonRecord, FaceRecord, GroupRecord, LOOP_END, MAX_DEPTH, MAX_FACES, MAX_PAGE_FACES,

@@ -40,6 +40,14 @@ pub(crate) enum Place {
     Page { page: u32, record: u32, loops: u32 },
 }
 
+impl Default for Subtree {
+    /// The first face.
+    fn default() -> Self {
+        let place = Place::Page { page: 0, record: 0, loops: 0 };
+        Self { child: ChildRef::face(0), first_face: 0, face_end: 1, place }
+    }
+}
+
 impl Subtree {
     /// The number of faces, at least 1.
     #[inline]

@@ -18,12 +18,14 @@ mod cone;
 mod error_code;
 mod loops;
 mod page;
+mod plain;
 mod plan;
 mod polygon;
 mod spheres;
 mod top;
 mod vertex;
 
+pub use plain::PlainClusters;
 pub use plan::Plan;
 
 use crate::node::Node;

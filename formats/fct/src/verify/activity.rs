@@ -21,10 +21,11 @@ pub(crate) fn check_face(
             continue;
         };
         let is_eager = vertex.bound() >= parent.bound && vertex.budget() >= parent.budget;
-        // Where the key is infinite the sphere does not matter.
+        // The sphere does not matter where the vertex is always active, or the node never refined by any tolerance.
         let always = vertex.bound() == f32::INFINITY && vertex.budget() == f32::INFINITY;
+        let never = parent.bound <= 0.0 && parent.budget <= 0.0;
         let reach = length(sub(vertex.center(), widen(parent.center))) + f64::from(parent.radius);
-        if !is_eager || !(always || reach <= vertex.radius()) {
+        if !is_eager || !(always || never || reach <= vertex.radius()) {
             return Err(Violation::new(
                 Rule::VertexActive,
                 face.to_string(),
