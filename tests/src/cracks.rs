@@ -18,7 +18,7 @@ impl Borders {
         for w in tree.weld() {
             weld[w.vertex.get() as usize] = w.representative.get();
         }
-        let faces: Vec<u32> = tree.faces().iter().flat_map(|f| f.indices()).collect();
+        let faces = tree.faces().unwrap_or_else(|e| panic!("{e}")).into_flattened();
         let mut borders = Borders { weld, onward: BTreeMap::new() };
         for (a, b) in borders.unmatched(&faces) {
             borders.onward.entry(a).or_default().push(b);

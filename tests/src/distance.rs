@@ -5,7 +5,7 @@ use glam::DVec3;
 
 /// The position of a vertex.
 pub fn position(tree: &Tree, vertex: u32) -> DVec3 {
-    DVec3::from_array(tree.vertices()[vertex as usize].position.map(|x| f64::from(x.get())))
+    DVec3::from_array(tree.vertices()[vertex as usize].position().map(f64::from))
 }
 
 /// Distance of a point from a triangle.

@@ -14,8 +14,8 @@ use glam::DVec3;
 fn samples(tree: &Tree, per_face: usize) -> Vec<DVec3> {
     let mut random = Random::new(11);
     let mut points = Vec::new();
-    for face in tree.faces() {
-        let [a, b, c] = face.indices().map(|v| position(tree, v));
+    for face in tree.faces().unwrap_or_else(|e| panic!("{e}")) {
+        let [a, b, c] = face.map(|v| position(tree, v));
         points.push((a + b) * 0.5);
         points.push(c);
         for _ in 0..per_face {

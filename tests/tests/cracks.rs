@@ -70,7 +70,7 @@ fn check(name: &str, soup: Soup, views: u64) {
     let looked = look(&tree, views, 1, name);
     println!(
         "{name}: {} faces, 0 cracks in {} views, {} triangles, {} folded",
-        tree.faces().len(),
+        tree.face_count(),
         looked.views,
         looked.triangles,
         looked.folded

@@ -48,21 +48,32 @@ fn a_mesh_scaled_by_a_power_of_two_gives_the_scaled_tree() {
             p.iter_mut().flatten().for_each(|x| *x *= factor);
         }
         let other = trees::tree_of(scaled);
-        assert_eq!(one.faces().len(), other.faces().len());
-        for (a, b) in one.nodes().iter().zip(other.nodes()) {
-            assert_eq!(
-                (a.left, a.right, a.loop_start, a.loop_len),
-                (b.left, b.right, b.loop_start, b.loop_len)
-            );
-            assert_eq!(a.bound.get() * factor, b.bound.get());
-            assert_eq!(a.radius.get() * factor, b.radius.get());
+        assert_eq!(one.faces().ok(), other.faces().ok());
+        let mut stack = vec![(one.whole(), other.whole())];
+        while let Some((a, b)) = stack.pop() {
+            assert_eq!(a, b);
+            if a.face_count() == 1 {
+                continue;
+            }
+            let [n, m] =
+                [one.node(&a), other.node(&b)].map(|node| node.unwrap_or_else(|e| panic!("{e}")));
+            assert_eq!(n.center.map(|x| x * factor), m.center);
+            assert_eq!(n.radius * factor, m.radius);
+            assert_eq!(n.bound * factor, m.bound);
+            assert_eq!((n.axis(), n.cos()), (m.axis(), m.cos()));
             // Below the normal range single precision drops digits of its own.
-            let [e, f] = [a.epsilon.get() * factor * factor, b.epsilon.get()];
+            let [e, f] = [n.epsilon() * factor * factor, m.epsilon()];
             assert!(e == f || e.max(f) < f32::MIN_POSITIVE * 1024.0, "{e} {f}");
+            assert_eq!(one.loops_of(&a).ok(), other.loops_of(&b).ok());
+            let below = [one.children(&a), other.children(&b)].map(|c| c.unwrap_or_else(|e| panic!("{e}")));
+            stack.extend(below[0].into_iter().zip(below[1]));
         }
         for (a, b) in one.vertices().iter().zip(other.vertices()) {
-            assert_eq!(a.position.map(|x| x.get() * factor), b.position.map(|x| x.get()));
-            assert_eq!(a.bound.get() * factor, b.bound.get());
+            assert_eq!(a.position().map(|x| x * factor), b.position());
+            for (a, b) in [(a.bound(), b.bound()), (a.budget(), b.budget())] {
+                assert!(a * factor == b || b < f32::MIN_POSITIVE * 1024.0, "{a} {b}");
+            }
+            assert_eq!((a.radius() * f64::from(factor), a.offset), (b.radius(), b.offset));
         }
     }
 }

@@ -28,7 +28,7 @@ fn of_soup(soup: &Soup) -> Vec<Corners> {
 fn of_cut(tree: &Tree) -> Vec<Corners> {
     let mut out = Extraction::default();
     extract(tree, &Selection::full(), &mut out).unwrap_or_else(|e| panic!("{e}"));
-    let at = |v: u32| tree.vertices()[v as usize].position.map(|x| x.get());
+    let at = |v: u32| tree.vertices()[v as usize].position();
     let mut faces: Vec<Corners> =
         out.indices.chunks_exact(3).map(|t| canonical([t[0], t[1], t[2]].map(at))).collect();
     faces.sort_unstable();

@@ -8,6 +8,7 @@ use crate::mesh::{Components, Mesh, Weld};
 use crate::partition::{self, Hierarchy, SplitMode};
 use crate::records::Records;
 use crate::tree_order::TreeMesh;
+use crate::{bounds, clusters};
 use fct::{ChildRef, GroupRecord, Meta, TreeData, U32};
 use std::time::{Duration, Instant};
 
@@ -59,7 +60,6 @@ pub struct Built {
     pub tally: Tally,
     /// Wall time of each phase, in order.
     pub times: Vec<(Phase, Duration)>,
-    root: ChildRef,
     records: Records,
 }
 
@@ -68,12 +68,9 @@ impl Built {
     pub fn data(&self) -> TreeData<'_> {
         let r = &self.records;
         TreeData {
-            root: self.root,
             meta: &self.meta,
-            nodes: &r.nodes,
+            clusters: &r.clusters,
             vertices: &r.vertices,
-            faces: &r.faces,
-            loops: &r.loops,
             weld: &r.weld,
             bounding_polygons: &r.polygons,
             normals: Some(&r.normals),
@@ -157,13 +154,15 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
         corners::register(&mesh, &splits, &loops, &anchored);
     drop(anchored);
     if mode == SplitMode::Quality {
-        crate::bounds::raise_keys(&mut nodes);
+        bounds::raise_keys(&mut nodes);
     }
+    let is_outlined = |node: usize| polygons.binary_search_by_key(&node, |p| p.0 as usize).is_ok();
+    let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, &is_outlined)?;
     let mut activity = activity::gather(mesh.positions.len(), &registrations, &curve_records, &nodes);
     drop((registrations, curve_records));
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
     activity::raise(&uncovered, &mut activity);
-    drop(uncovered);
+    drop((uncovered, nodes));
     activity::share(&mesh.weld, &mut activity);
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
@@ -173,8 +172,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);
-    let root = if splits.is_empty() { ChildRef::face(0) } else { ChildRef::node(0) };
-    let mut records = Records::new(mesh, &splits, loops, &nodes, &polygons, &activity)?;
+    let mut records = Records::new(mesh, &splits, loops, &polygons, clusters, activity)?;
     records.groups = groups;
     for v in &records.vertices {
         for (axis, x) in v.position.iter().enumerate() {
@@ -183,7 +181,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
         }
     }
     clock.lap(Phase::Records);
-    Ok(Built { meta, tally, times: clock.times, root, records })
+    Ok(Built { meta, tally, times: clock.times, records })
 }
 
 struct Clock {

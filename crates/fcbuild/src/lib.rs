@@ -11,6 +11,7 @@
 pub mod arcs;
 pub mod bounds;
 mod build;
+mod clusters;
 pub mod error;
 pub mod import;
 pub mod mesh;

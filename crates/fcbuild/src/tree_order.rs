@@ -122,7 +122,6 @@ impl TreeMesh {
         self.face_normals = Vec::new();
         self.flat_faces = Vec::new();
         self.opposite = Vec::new();
-        self.first_vertex = Vec::new();
     }
 
     /// The vertices that faces of a range use first: all inside the cluster, and some on its boundary.

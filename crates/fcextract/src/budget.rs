@@ -29,7 +29,7 @@ pub struct Fitted {
 /// # Errors
 /// As [`extract`].
 pub fn fit(tree: &Tree, budget: Budget, out: &mut Extraction) -> Result<Fitted, Error> {
-    let mut keys: Vec<f32> = tree.nodes().iter().map(|n| n.budget.get()).filter(|k| k.is_finite()).collect();
+    let mut keys: Vec<f32> = tree.keys().map(|[_, budget]| budget).filter(|k| k.is_finite()).collect();
     keys.sort_unstable_by(|a, b| b.total_cmp(a));
     keys.dedup();
     let within = |out: &Extraction| match budget {
@@ -38,7 +38,7 @@ pub fn fit(tree: &Tree, budget: Budget, out: &mut Extraction) -> Result<Fitted, 
     };
     // The full mesh first: it may fit, and flat clusters have key 0, which no tolerance refines.
     let full = Selection { order: Order::Budget, ..Selection::full() };
-    if tree.faces().len() as u64 <= wanted(budget) {
+    if tree.face_count() as u64 <= wanted(budget) {
         extract(tree, &full, out)?;
         return Ok(Fitted { selection: full, within: true });
     }

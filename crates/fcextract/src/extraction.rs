@@ -4,7 +4,7 @@ use crate::batch::Batch;
 use crate::stitch::Stitcher;
 use crate::{Error, Selection};
 use fcgeom::{Cone, Containment, Sphere};
-use fct::{Child, ChildRef, NodeRecord, Subtree, Tree};
+use fct::{Child, Node, Reader, Subtree, Tree};
 
 /// Subtrees of at most this many triangles become one batch: small enough to be hidden as a whole; who asks for fewer
 /// occlusion queries joins them further along the tree.
@@ -54,7 +54,7 @@ enum Step {
     },
     /// The subtree's triangles and batches start here.
     Close {
-        node: u32,
+        subtree: Subtree,
         first_index: u32,
         first_batch: usize,
     },
@@ -72,15 +72,18 @@ pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Resu
     out.batches.clear();
     out.stack.clear();
     out.stats = Stats::default();
-    out.stack.push(Step::Visit { subtree: tree.whole(), inside: selection.frustum.is_none() });
+    let reader = tree.reader();
+    out.stack.push(Step::Visit { subtree: reader.whole(), inside: selection.frustum.is_none() });
     while let Some(step) = out.stack.pop() {
         match step {
-            Step::Visit { subtree, inside } => out.visit(tree, selection, subtree, inside)?,
-            Step::Close { node, first_index, first_batch } => out.close(node, first_index, first_batch),
+            Step::Visit { subtree, inside } => out.visit(&reader, selection, subtree, inside)?,
+            Step::Close { subtree, first_index, first_batch } => {
+                out.close(subtree, first_index, first_batch);
+            }
         }
     }
     for batch in &mut out.batches {
-        batch.find_bounds(tree);
+        batch.find_bounds(tree, &reader);
     }
     out.stats.triangles = out.indices.len() as u64 / 3;
     Ok(())
@@ -89,26 +92,23 @@ pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Resu
 impl Extraction {
     fn visit(
         &mut self,
-        tree: &Tree,
+        reader: &Reader<'_>,
         selection: &Selection,
         subtree: Subtree,
         inside: bool,
     ) -> Result<(), Error> {
         let first_index = u32::try_from(self.indices.len()).map_err(|_overflow| Error::TooManyTriangles)?;
-        let index = match subtree.child.kind() {
-            Child::Face(face) => {
-                self.begin_cluster(first_index);
-                self.indices.extend(tree.face(face)?);
-                self.batches.push(Batch::new(subtree.child, first_index, 3));
-                return Ok(());
-            }
-            Child::Node(index) => index,
-        };
-        let node = tree.node(index)?;
+        if let Child::Face(_) = subtree.child.kind() {
+            self.begin_cluster(first_index);
+            self.indices.extend(reader.face(&subtree)?);
+            self.batches.push(Batch::new(subtree, first_index, 3));
+            return Ok(());
+        }
+        let node = reader.node(&subtree)?;
         self.stats.nodes_visited += 1;
         let mut inside = inside;
         if let Some(frustum) = selection.frustum.as_ref().filter(|_| !inside) {
-            match frustum.classify_sphere(&sphere_of(node)) {
+            match frustum.classify_sphere(&sphere_of(&node)) {
                 Containment::Outside => {
                     self.stats.culled_frustum += 1;
                     self.stats.faces_culled += u64::from(subtree.face_count());
@@ -119,27 +119,27 @@ impl Extraction {
             }
         }
         if let Some(eye) = selection.backface_eye {
-            let cone = Cone { axis: node.axis.map(|x| x.get()).into(), cos: node.cos.get() };
-            if cone.is_backfacing(&sphere_of(node), eye) {
+            let cone = Cone { axis: node.axis().into(), cos: node.cos() };
+            if cone.is_backfacing(&sphere_of(&node), eye) {
                 self.stats.culled_cone += 1;
                 self.stats.faces_culled += u64::from(subtree.face_count());
                 return Ok(());
             }
         }
-        if selection.refines_node(node) {
-            let [left, right] = tree.children(index, subtree.face_end)?;
-            self.stack.push(Step::Close { node: index, first_index, first_batch: self.batches.len() });
+        if selection.refines_node(&node) {
+            let [left, right] = reader.children(&subtree)?;
+            self.stack.push(Step::Close { subtree, first_index, first_batch: self.batches.len() });
             self.stack.push(Step::Visit { subtree: right, inside });
             self.stack.push(Step::Visit { subtree: left, inside });
             return Ok(());
         }
         self.begin_cluster(first_index);
-        self.stats.bound = self.stats.bound.max(node.bound.get());
-        self.stats.folded += self.stitcher.draw(tree, selection, index, node, &mut self.indices)?;
+        self.stats.bound = self.stats.bound.max(node.bound);
+        self.stats.folded += self.stitcher.draw(reader, selection, &subtree, &node, &mut self.indices)?;
         let added = self.indices.len() as u64 - u64::from(first_index);
         let count = u32::try_from(added).map_err(|_overflow| Error::TooManyTriangles)?;
         if count > 0 {
-            self.batches.push(Batch::new(subtree.child, first_index, count));
+            self.batches.push(Batch::new(subtree, first_index, count));
         }
         Ok(())
     }
@@ -150,15 +150,15 @@ impl Extraction {
     }
 
     /// Joins the batches of a subtree that is still small.
-    fn close(&mut self, node: u32, first_index: u32, first_batch: usize) {
+    fn close(&mut self, subtree: Subtree, first_index: u32, first_batch: usize) {
         let count = self.indices.len() as u64 - u64::from(first_index);
         if self.batches.len() > first_batch + 1 && count <= u64::from(3 * BATCH_TRIANGLES) {
             self.batches.truncate(first_batch);
-            self.batches.push(Batch::new(ChildRef::node(node), first_index, count as u32));
+            self.batches.push(Batch::new(subtree, first_index, count as u32));
         }
     }
 }
 
-fn sphere_of(node: &NodeRecord) -> Sphere {
-    Sphere { center: node.center.map(|x| x.get()).into(), radius: node.radius.get() }
+pub(crate) fn sphere_of(node: &Node) -> Sphere {
+    Sphere { center: node.center.into(), radius: node.radius }
 }

@@ -15,7 +15,7 @@
 //! extract(&tree, &Selection::uniform(0.5, Order::Bound), &mut mesh)?;
 //! for triangle in mesh.indices.chunks_exact(3) {
 //!     let corner = &tree.vertices()[triangle[0] as usize];
-//!     println!("{:?}", corner.position.map(|x| x.get()));
+//!     println!("{:?}", corner.position());
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

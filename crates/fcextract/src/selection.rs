@@ -2,7 +2,7 @@
 
 use crate::{Error, Perspective, Tolerance};
 use fcgeom::Frustum;
-use fct::{NodeRecord, VertexRecord};
+use fct::{Node, VertexRecord};
 use glam::DVec3;
 
 /// Which of the two stored keys a tolerance is held against.
@@ -66,22 +66,21 @@ impl Selection {
     }
 
     #[inline]
-    pub(crate) fn refines_node(&self, node: &NodeRecord) -> bool {
+    pub(crate) fn refines_node(&self, node: &Node) -> bool {
         let key = match self.order {
-            Order::Bound => node.bound.get(),
-            Order::Budget => node.budget.get(),
+            Order::Bound => node.bound,
+            Order::Budget => node.budget,
         };
-        let center = DVec3::from_array(node.center.map(|x| f64::from(x.get())));
-        self.tolerance.refines(key, center, f64::from(node.radius.get()))
+        let sphere = || (DVec3::from_array(node.center.map(f64::from)), f64::from(node.radius));
+        self.tolerance.refines(key, sphere)
     }
 
     #[inline]
     pub(crate) fn activates(&self, vertex: &VertexRecord) -> bool {
         let key = match self.order {
-            Order::Bound => vertex.bound.get(),
-            Order::Budget => vertex.budget.get(),
+            Order::Bound => vertex.bound(),
+            Order::Budget => vertex.budget(),
         };
-        let center = DVec3::from_array(vertex.center.map(|x| f64::from(x.get())));
-        self.tolerance.refines(key, center, f64::from(vertex.radius.get()))
+        self.tolerance.refines(key, || (DVec3::from_array(vertex.center()), vertex.radius()))
     }
 }

@@ -32,19 +32,22 @@ pub struct Perspective {
 }
 
 impl Tolerance {
-    /// Whether something with this key and bounding sphere must be refined: the key may be over the tolerance
-    /// somewhere in the sphere.
+    /// Whether something with this key and bounding sphere (a centre and a radius, asked for where they matter) must be
+    /// refined: the key may be over the tolerance somewhere in the sphere.
     ///
     /// Nodes and vertices pass the same test. It is monotone: what has a smaller key and a sphere inside is refined
     /// only if this is. In doubt (NaN) it refines.
     #[inline]
-    pub fn refines(&self, key: f32, center: DVec3, radius: f64) -> bool {
+    pub fn refines(&self, key: f32, sphere: impl FnOnce() -> (DVec3, f64)) -> bool {
         let key = f64::from(key);
         let allowed = match self {
             Tolerance::Full => return true,
             // Nodes that must never be drawn have an infinite key: no tolerance reaches it.
             Tolerance::Uniform { distance } => distance.min(f64::MAX),
-            Tolerance::Perspective(p) => p.at(center, radius).min(f64::MAX),
+            Tolerance::Perspective(p) => {
+                let (center, radius) = sphere();
+                p.at(center, radius).min(f64::MAX)
+            }
         };
         key > allowed || key.is_nan() || allowed.is_nan()
     }

@@ -57,16 +57,15 @@ pub struct Prism {
     pub support: [f64; 8],
 }
 
-impl From<&fct::BoundingPolygonRecord> for Prism {
-    fn from(record: &fct::BoundingPolygonRecord) -> Prism {
-        let vector = |v| DVec3::from_array(fct::unpack(v).map(f64::from));
+impl From<&fct::BoundingPolygon> for Prism {
+    fn from(polygon: &fct::BoundingPolygon) -> Prism {
         Prism {
-            origin: vector(record.origin),
-            normal: vector(record.normal),
-            tangent: vector(record.tangent),
-            low: f64::from(record.low.get()),
-            high: f64::from(record.high.get()),
-            support: record.support.map(|s| f64::from(s.get())),
+            origin: polygon.origin.into(),
+            normal: polygon.normal.into(),
+            tangent: polygon.tangent.into(),
+            low: polygon.low,
+            high: polygon.high,
+            support: polygon.support,
         }
     }
 }

@@ -141,7 +141,7 @@ fn gpu() -> Result<Gpu, Error> {
 fn model_stats(model: &Model) -> ModelStats {
     ModelStats {
         name: model.name.clone(),
-        faces: model.tree.faces().len() as u64,
+        faces: model.tree.face_count() as u64,
         vertices: model.tree.vertices().len() as u64,
     }
 }

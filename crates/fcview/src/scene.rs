@@ -58,9 +58,9 @@ impl Model {
         let corner = |c: [f32; 3]| DVec3::from_array(c.map(f64::from));
         let bounds = [corner(tree.meta().bounds_min), corner(tree.meta().bounds_max)];
         let (center, radius) = match tree.root().kind() {
-            fct::Child::Node(index) => match tree.nodes().get(index as usize) {
-                Some(node) => (corner(fct::unpack(node.center)), f64::from(node.radius.get())),
-                None => (DVec3::ZERO, 0.0),
+            fct::Child::Node(_) => match tree.node(&tree.whole()) {
+                Ok(node) => (corner(node.center), f64::from(node.radius)),
+                Err(_) => (DVec3::ZERO, 0.0),
             },
             // A single face has no node: the sphere of its box.
             fct::Child::Face(_) => {
@@ -74,7 +74,7 @@ impl Model {
         let samples = vertices
             .iter()
             .step_by(vertices.len().div_ceil(SAMPLES).max(1))
-            .map(|v| corner(fct::unpack(v.position)))
+            .map(|v| corner(v.position()))
             .collect();
         let reach = 0.5 * bounds[0].distance(bounds[1]);
         Model { name: name.into(), tree, center: rounded, radius, samples, reach }

@@ -16,10 +16,14 @@ use crate::section::{SectionInfo, Tag, check_places};
 /// Absent sections are empty ranges, but for the two where "absent" and "empty" differ.
 #[derive(Clone, Debug)]
 pub(crate) struct Spans {
+    pub(crate) topn: Range<usize>,
+    pub(crate) topl: Range<usize>,
+    pub(crate) page: Range<usize>,
     pub(crate) node: Range<usize>,
-    pub(crate) vert: Range<usize>,
     pub(crate) face: Range<usize>,
     pub(crate) loops: Range<usize>,
+    pub(crate) link: Range<usize>,
+    pub(crate) vert: Range<usize>,
     pub(crate) weld: Range<usize>,
     pub(crate) bpol: Range<usize>,
     pub(crate) grup: Range<usize>,
@@ -57,10 +61,14 @@ impl Container {
         check_counts(&Counts::of_file(&header, &sections)?)?;
         check_root(header.root, header.face_count)?;
         let spans = Spans {
+            topn: required(&sections, Tag::TOPN)?,
+            topl: required(&sections, Tag::TOPL)?,
+            page: required(&sections, Tag::PAGE)?,
             node: required(&sections, Tag::NODE)?,
-            vert: required(&sections, Tag::VERT)?,
             face: required(&sections, Tag::FACE)?,
             loops: required(&sections, Tag::LOOP)?,
+            link: required(&sections, Tag::LINK)?,
+            vert: required(&sections, Tag::VERT)?,
             weld: span(&sections, Tag::WELD)?.unwrap_or_default(),
             bpol: span(&sections, Tag::BPOL)?.unwrap_or_default(),
             grup: span(&sections, Tag::GRUP)?.unwrap_or_default(),
@@ -74,10 +82,14 @@ impl Container {
 
 /// The numbers of elements, from wherever they are known.
 pub(crate) struct Counts {
+    pub(crate) tops: u64,
+    pub(crate) top_loops: u64,
+    pub(crate) pages: u64,
     pub(crate) nodes: u64,
-    pub(crate) vertices: u64,
     pub(crate) faces: u64,
     pub(crate) loops: u64,
+    pub(crate) links: u64,
+    pub(crate) vertices: u64,
     pub(crate) weld: u64,
     pub(crate) bounding_polygons: u64,
     pub(crate) groups: u64,
@@ -89,50 +101,71 @@ impl Counts {
     /// The counts of the sections, which must be the header's.
     fn of_file(header: &Header, sections: &[SectionInfo]) -> Result<Self, Box<Violation>> {
         let count = |tag| find(sections, tag).map(|s| s.elem_count);
-        let counted = |tag, byte, announced| {
-            let found = count(tag).ok_or_else(|| missing(tag))?;
+        let present = |tag| count(tag).ok_or_else(|| missing(tag));
+        let announced = |what, byte, announced, found| {
             if found == announced {
-                return Ok(found);
+                return Ok(());
             }
-            Err(Violation::in_header(
-                Rule::Counts,
-                byte,
-                format!("it announces {announced} and section {tag} has {found}"),
-            ))
+            let found = format!("it announces {announced} and {what} {found}");
+            Err(Violation::in_header(Rule::Counts, byte, found))
         };
-        Ok(Self {
-            nodes: counted(Tag::NODE, 56, header.node_count)?,
-            vertices: counted(Tag::VERT, 64, header.vertex_count)?,
-            faces: counted(Tag::FACE, 72, header.face_count)?,
-            loops: count(Tag::LOOP).ok_or_else(|| missing(Tag::LOOP))?,
+        let counts = Self {
+            tops: present(Tag::TOPN)?,
+            top_loops: present(Tag::TOPL)?,
+            pages: present(Tag::PAGE)?,
+            nodes: present(Tag::NODE)?,
+            faces: present(Tag::FACE)?,
+            loops: present(Tag::LOOP)?,
+            links: present(Tag::LINK)?,
+            vertices: present(Tag::VERT)?,
             weld: count(Tag::WELD).unwrap_or(0),
             bounding_polygons: count(Tag::BPOL).unwrap_or(0),
             groups: count(Tag::GRUP).unwrap_or(0),
             normals: count(Tag::NORM),
             colors: count(Tag::COLR),
-        })
+        };
+        let nodes = counts.tops.saturating_add(counts.nodes);
+        announced("sections TOPN and NODE have", 56, header.node_count, nodes)?;
+        announced("section VERT has", 64, header.vertex_count, counts.vertices)?;
+        announced("section FACE has", 72, header.face_count, counts.faces)?;
+        Ok(counts)
     }
 }
 
 /// Checks that the counts can belong to one tree. Used before writing and after reading.
 pub(crate) fn check_counts(counts: &Counts) -> Result<(), Box<Violation>> {
-    let Counts { nodes, vertices, faces, .. } = *counts;
+    let Counts { pages, vertices, faces, .. } = *counts;
+    let in_32_bits = |n: u64| u32::try_from(n).is_ok();
     let rules = [
         ((1..=MAX_FACES).contains(&faces), "FACE", faces, format!("1 to {MAX_FACES}")),
-        (nodes == faces.saturating_sub(1), "NODE", nodes, format!("one less than the {faces} faces")),
+        ((1..=faces).contains(&pages), "PAGE", pages, format!("1 to the {faces} faces")),
+        (
+            counts.tops == pages.saturating_sub(1),
+            "TOPN",
+            counts.tops,
+            format!("one less than the {pages} pages"),
+        ),
+        (
+            counts.nodes == faces.saturating_sub(pages),
+            "NODE",
+            counts.nodes,
+            format!("the {faces} faces less the {pages} pages"),
+        ),
         (
             (1..=faces.saturating_mul(3)).contains(&vertices),
             "VERT",
             vertices,
             format!("1 to three times the {faces} faces"),
         ),
-        (u32::try_from(counts.loops).is_ok(), "LOOP", counts.loops, format!("at most {}", u32::MAX)),
+        (in_32_bits(counts.top_loops), "TOPL", counts.top_loops, format!("at most {}", u32::MAX)),
+        (in_32_bits(counts.loops), "LOOP", counts.loops, format!("at most {}", u32::MAX)),
+        (in_32_bits(counts.links), "LINK", counts.links, format!("at most {}", u32::MAX)),
         (counts.weld <= vertices, "WELD", counts.weld, format!("at most the {vertices} vertices")),
         (
-            counts.bounding_polygons <= nodes,
+            counts.bounding_polygons < faces,
             "BPOL",
             counts.bounding_polygons,
-            format!("at most the {nodes} nodes"),
+            format!("fewer than the {faces} faces"),
         ),
         (counts.groups <= faces, "GRUP", counts.groups, format!("at most the {faces} faces")),
         (

@@ -11,10 +11,10 @@ use crate::rule::Rule;
 pub const MAGIC: [u8; 8] = *b"\x8FFCT\r\n\x1A\n";
 
 /// The major version that this crate writes and reads.
-pub const MAJOR: u16 = 0;
+pub const MAJOR: u16 = 1;
 
-/// The minor version that this crate writes and reads; before 1.0 every minor version is a format of its own.
-pub const MINOR: u16 = 1;
+/// The minor version that this crate writes, and the largest that it knows all of.
+pub const MINOR: u16 = 0;
 
 /// The byte order tag as a little-endian reader sees it.
 pub const ENDIAN_TAG: u32 = 0x0102_0304;
@@ -213,14 +213,18 @@ fn check_byte_order(tag: u32) -> Result<(), Box<Violation>> {
 }
 
 fn check_version(major: u16, minor: u16) -> Result<(), Box<Violation>> {
-    if (major, minor) == (MAJOR, MINOR) {
+    if major == MAJOR {
         return Ok(());
     }
-    Err(Violation::in_header(
+    let mut violation = Violation::in_header(
         Rule::Version,
         8,
-        format!("the file has version {major}.{minor}, this program reads {MAJOR}.{MINOR}"),
-    ))
+        format!("the file has version {major}.{minor}, this program reads {MAJOR}.0 and later ones of {MAJOR}"),
+    );
+    if major < MAJOR {
+        violation.remedy = Some("the file is of a trial version: build it again from its mesh, `fcbuild MESH -o OUT.fct`");
+    }
+    Err(violation)
 }
 
 fn check_table(raw: &RawHeader) -> Result<(), Box<Violation>> {

@@ -2,14 +2,13 @@
 //!
 //! `SPEC.md` beside this crate is the contract of the format; this crate is its implementation:
 //!
-//! - [`Writer`] (or [`write()`]) makes a file out of [`TreeData`], all or nothing.
+//! - [`Writer`] (or [`write()`]) makes a file out of [`TreeData`], all or nothing; [`Packed`] makes its clusters out of plain ones.
 //! - [`Tree::open`] maps a file and checks its container in constant time.
 //! - [`Tree::verify`] checks everything else: hashes, structure, values, geometry.
 //!
 //! A file is not to be trusted: its hashes find damage, not malice.
 //! Code that reads a [`Tree`] without verifying it first walks down with [`Tree::whole`] and [`Tree::children`]
-//! and reads boundaries with [`Tree::loops_of`], which check whatever they hand out,
-//! and treats vertex indices as possibly out of range.
+//! and reads faces and boundaries with [`Reader::face`] and [`Reader::read_loops`], which check whatever they hand out.
 //!
 //! All lengths are in the unit of the input mesh; coordinates are right-handed.
 //!
@@ -36,13 +35,17 @@ mod container;
 mod error;
 mod hash;
 mod header;
+mod loops;
 mod map;
 mod meta;
+mod node;
 mod octahedral;
+mod pack;
 mod publish;
 mod records;
 mod rule;
 mod section;
+mod short_float;
 mod tree;
 mod verify;
 mod walk;
@@ -51,17 +54,22 @@ mod writer;
 pub use child::{Child, ChildRef};
 pub use error::{Error, Violation};
 pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
+pub use loops::Loops;
 pub use meta::{MAX_META_LEN, Meta};
-pub use octahedral::NormalRecord;
+pub use node::{BoundingPolygon, Node};
+pub use octahedral::{FineNormalRecord, NormalRecord};
+pub use pack::{ClusterData, Clusters, PackError, Packed, PageRun, PlainClusters, Plan};
 pub use publish::Pending;
 pub use records::{
-    BoundingPolygonRecord, FaceRecord, GroupRecord, LOOP_END, MAX_DEPTH, MAX_FACES, NodeRecord, VertexRecord,
-    WeldRecord, pack, unpack,
+    BoundingPolygonRecord, FaceRecord, GroupRecord, LOOP_END, MAX_DEPTH, MAX_FACES, MAX_PAGE_FACES,
+    MAX_PAGE_VERTICES, NodeRecord, PageRecord, SMALL_FACES, TopRecord, VertexRecord, WeldRecord, pack,
+    unpack,
 };
 pub use rule::Rule;
 pub use section::{MAX_SECTIONS, SectionInfo, Tag};
+pub use short_float::ShortFloat;
 pub use tree::Tree;
 pub use verify::Verified;
-pub use walk::{BoundaryLoop, Loops, Subtree};
+pub use walk::{Reader, Subtree};
 pub use writer::{TreeData, WriteOptions, Writer, Written, write};
-pub use zerocopy::little_endian::{F32, I16, U32};
+pub use zerocopy::little_endian::{F32, I16, U16, U32};

@@ -1,79 +1,152 @@
-//! Unit normals in four bytes: the octahedron unfolded onto a square.
+//! Unit vectors in two or four bytes: the octahedron unfolded onto a square.
 
 use zerocopy::little_endian::I16;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-/// A unit normal as two 16-bit coordinates on the unfolded octahedron. 4 bytes.
+/// A unit vector as two 8-bit coordinates on the unfolded octahedron. 2 bytes.
+///
+/// The decoded direction is within 0.7 degrees of the encoded one.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned,
+)]
+#[repr(transparent)]
+pub struct NormalRecord {
+    /// The coordinates, in 1/127; -128 reads as -127.
+    pub uv: [i8; 2],
+}
+
+/// A unit vector as two 16-bit coordinates on the unfolded octahedron. 4 bytes.
 ///
 /// The decoded direction is within 0.005 degrees of the encoded one.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned,
 )]
-#[repr(C)]
-pub struct NormalRecord {
+#[repr(transparent)]
+pub struct FineNormalRecord {
     /// The coordinates, in 1/32767; -32768 reads as -32767.
     pub uv: [I16; 2],
 }
 
-const _: () = assert!(size_of::<NormalRecord>() == 4);
+const _: () = assert!(size_of::<NormalRecord>() == 2);
+const _: () = assert!(size_of::<FineNormalRecord>() == 4);
 
-const STEPS: f64 = 32767.0;
+const STEPS: f64 = 127.0;
+const FINE_STEPS: f64 = 32767.0;
 
 impl NormalRecord {
     /// Encodes a direction of any length; zero and non-finite vectors become +z.
+    ///
+    /// Of the four values around the exact one it takes the nearest direction, which plain rounding may miss.
     pub fn encode(normal: [f32; 3]) -> Self {
-        let [x, y, z] = normal.map(f64::from);
-        let sum = x.abs() + y.abs() + z.abs();
-        if !(sum > 0.0 && sum.is_finite()) {
+        let normal = normal.map(f64::from);
+        let Some([u, v]) = unfold(normal) else {
             return Self::default();
-        }
-        let (u, v) = (x / sum, y / sum);
-        // The lower half is folded outwards over the four edges of the upper one.
-        let (u, v) = if z >= 0.0 {
-            (u, v)
-        } else {
-            ((1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v))
         };
-        Self { uv: [quantise(u), quantise(v)] }
+        let (u, v) = (u * STEPS, v * STEPS);
+        let mut best = (f64::NEG_INFINITY, Self::default());
+        for [u, v] in [[u.floor(), v.floor()], [u.ceil(), v.floor()], [u.floor(), v.ceil()], [u.ceil(), v.ceil()]]
+        {
+            let candidate = Self { uv: [narrow(u), narrow(v)] };
+            let along = dot(candidate.direction(), normal);
+            if along > best.0 {
+                best = (along, candidate);
+            }
+        }
+        best.1
+    }
+
+    /// The unit vector that is stored. Every value of the two bytes has one.
+    #[inline]
+    pub fn decode(self) -> [f32; 3] {
+        self.direction().map(single)
+    }
+
+    /// The same in double precision.
+    #[inline]
+    pub fn direction(self) -> [f64; 3] {
+        fold(self.uv.map(|c| (f64::from(c) / STEPS).max(-1.0)))
+    }
+}
+
+impl FineNormalRecord {
+    /// Encodes a direction of any length; zero and non-finite vectors become +z.
+    pub fn encode(normal: [f32; 3]) -> Self {
+        let uv = unfold(normal.map(f64::from)).unwrap_or_default();
+        Self { uv: uv.map(|c| I16::new(narrow_fine((c * FINE_STEPS).round()))) }
     }
 
     /// The unit vector that is stored. Every value of the four bytes has one.
-    pub fn decode(self) -> [f32; 3] {
-        let [u, v] = self.uv.map(|c| (f64::from(c.get()) / STEPS).max(-1.0));
-        let z = 1.0 - u.abs() - v.abs();
-        let (x, y) = if z >= 0.0 {
-            (u, v)
-        } else {
-            ((1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v))
-        };
-        // |x| + |y| + |z| = 1, so the length is at least 1 / sqrt 3.
-        let length = (x * x + y * y + z * z).sqrt();
-        [narrow(x / length), narrow(y / length), narrow(z / length)]
+    pub fn direction(self) -> [f64; 3] {
+        fold(self.uv.map(|c| (f64::from(c.get()) / FINE_STEPS).max(-1.0)))
     }
+}
+
+/// Coordinates on the square, or none for a vector without a direction.
+fn unfold([x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
+    let sum = x.abs() + y.abs() + z.abs();
+    if !(sum > 0.0 && sum.is_finite()) {
+        return None;
+    }
+    let (u, v) = (x / sum, y / sum);
+    // The lower half is folded outwards over the four edges of the upper one.
+    Some(if z >= 0.0 {
+        [u, v]
+    } else {
+        [(1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v)]
+    })
+}
+
+#[inline]
+fn fold([u, v]: [f64; 2]) -> [f64; 3] {
+    let z = 1.0 - u.abs() - v.abs();
+    let (x, y) = if z >= 0.0 {
+        (u, v)
+    } else {
+        ((1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v))
+    };
+    // |x| + |y| + |z| = 1, so the length is at least 1 / sqrt 3.
+    let length = (x * x + y * y + z * z).sqrt();
+    [x / length, y / length, z / length]
+}
+
+/// A unit vector at right angles to a unit vector, by + - * / alone; continuous but where z changes its sign.
+pub(crate) fn tangent_of([x, y, z]: [f64; 3]) -> [f64; 3] {
+    let side = if z < 0.0 { -1.0 } else { 1.0 };
+    // The reflection that takes the pole on the vector's side to the vector, applied to the x axis.
+    let k = x / (side + z);
+    [1.0 - side * x * k, -side * y * k, -side * x]
+}
+
+fn dot([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> f64 {
+    ax * bx + ay * by + az * bz
 }
 
 fn sign_or_one(x: f64) -> f64 {
     if x < 0.0 { -1.0 } else { 1.0 }
 }
 
+#[allow(clippy::cast_possible_truncation, reason = "the value is clamped to the range of i8 first")]
+fn narrow(u: f64) -> i8 {
+    u.clamp(-STEPS, STEPS) as i8
+}
+
 #[allow(clippy::cast_possible_truncation, reason = "the value is clamped to the range of i16 first")]
-fn quantise(u: f64) -> I16 {
-    I16::new((u * STEPS).round().clamp(-STEPS, STEPS) as i16)
+fn narrow_fine(u: f64) -> i16 {
+    u.clamp(-FINE_STEPS, FINE_STEPS) as i16
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "rounding a component of a unit vector to f32 is meant")]
-fn narrow(x: f64) -> f32 {
+fn single(x: f64) -> f32 {
     x as f32
 }
 
 #[cfg(test)]
 mod tests {
-    use super::NormalRecord;
+    use super::{FineNormalRecord, NormalRecord, dot, tangent_of};
     use proptest::prelude::*;
     use zerocopy::little_endian::I16;
 
-    fn angle_degrees(a: [f32; 3], b: [f32; 3]) -> f64 {
-        let [a, b] = [a, b].map(|v| v.map(f64::from));
+    fn angle_degrees(a: [f64; 3], b: [f64; 3]) -> f64 {
         let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
         let sine = cross.iter().map(|c| c * c).sum::<f64>().sqrt();
         let cosine: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
@@ -87,6 +160,7 @@ mod tests {
                 let mut n = [0.0_f32; 3];
                 n[axis] = sign;
                 assert_eq!(NormalRecord::encode(n).decode().map(|c| c + 0.0), n);
+                assert_eq!(FineNormalRecord::encode(n).direction().map(|c| c + 0.0), n.map(f64::from));
             }
         }
     }
@@ -95,6 +169,7 @@ mod tests {
     fn directions_without_a_length_become_z() {
         for n in [[0.0; 3], [f32::NAN, 0.0, 1.0], [f32::INFINITY, 0.0, 0.0]] {
             assert_eq!(NormalRecord::encode(n).decode(), [0.0, 0.0, 1.0]);
+            assert_eq!(FineNormalRecord::encode(n).direction(), [0.0, 0.0, 1.0]);
         }
     }
 
@@ -102,15 +177,20 @@ mod tests {
         #[test]
         fn directions_survive(x in -1.0_f32..1.0, y in -1.0_f32..1.0, z in -1.0_f32..1.0) {
             prop_assume!(x * x + y * y + z * z > 1e-6);
-            let decoded = NormalRecord::encode([x, y, z]).decode();
-            prop_assert!(angle_degrees([x, y, z], decoded) < 0.005);
+            let exact = [x, y, z].map(f64::from);
+            prop_assert!(angle_degrees(exact, NormalRecord::encode([x, y, z]).direction()) < 0.7);
+            prop_assert!(angle_degrees(exact, FineNormalRecord::encode([x, y, z]).direction()) < 0.005);
         }
 
         #[test]
-        fn every_value_decodes_to_a_unit_vector(u: i16, v: i16) {
-            let n = NormalRecord { uv: [I16::new(u), I16::new(v)] }.decode();
-            let length: f32 = n.iter().map(|c| c * c).sum::<f32>().sqrt();
-            prop_assert!((length - 1.0).abs() < 1e-6);
+        fn every_value_decodes_to_a_unit_vector_with_a_tangent(u: i16, v: i16) {
+            let fine = FineNormalRecord { uv: [I16::new(u), I16::new(v)] }.direction();
+            let [u, v] = [u, v].map(|c| c.to_le_bytes()[0].cast_signed());
+            for n in [fine, NormalRecord { uv: [u, v] }.direction()] {
+                let t = tangent_of(n);
+                prop_assert!((dot(n, n) - 1.0).abs() < 1e-12);
+                prop_assert!((dot(t, t) - 1.0).abs() < 1e-12 && dot(t, n).abs() < 1e-12);
+            }
         }
     }
 }

@@ -67,7 +67,7 @@ rules! {
         "rebuild the file with fcbuild";
     SectionTag, "FC713", "section-tag", "section tags are unique",
         "rebuild the file with fcbuild";
-    SectionRequired, "FC714", "section-required", "the sections META, NODE, VERT, FACE and LOOP are there",
+    SectionRequired, "FC714", "section-required", "the sections META, TOPN, TOPL, PAGE, NODE, FACE, LOOP, LINK and VERT are there",
         "rebuild the file with fcbuild";
     SectionKnown, "FC715", "section-known", "sections that must be understood are known",
         "use the fcbuild and the reader of one release";
@@ -97,9 +97,9 @@ rules! {
         "rebuild the file with fcbuild";
     VertexOrder, "FC735", "vertex-order", "vertices stand in order of first use by the faces, and all are used",
         "rebuild the file with fcbuild";
-    LoopRange, "FC736", "loop-range", "a node's loops lie in section LOOP and its last entry ends a loop",
+    LoopRange, "FC736", "loop-range", "a node's loops lie in section LOOP or TOPL and end there",
         "rebuild the file with fcbuild";
-    LoopCover, "FC737", "loop-cover", "every entry of section LOOP belongs to exactly one node",
+    LoopCover, "FC737", "loop-cover", "every byte of sections LOOP and TOPL belongs to exactly one node, in preorder",
         "rebuild the file with fcbuild";
     LoopBoundary, "FC738", "loop-boundary", "a node's loops are the boundary of its faces, with the cluster on the left",
         "rebuild the file with fcbuild";
@@ -113,16 +113,22 @@ rules! {
         "rebuild the file with fcbuild";
     MetaAgrees, "FC743", "meta-agrees", "the description agrees with the tree",
         "rebuild the file with fcbuild";
+    PageRange, "FC744", "page", "pages own the faces, vertices, links and loop bytes one after the other, and have 1 to 253 faces and at most 256 vertices",
+        "rebuild the file with fcbuild";
+    LinkOrder, "FC745", "link", "the links of a page ascend and lie before its own vertices, and its faces use all of its vertices",
+        "rebuild the file with fcbuild";
     // Values: checked by verify.
     Finite, "FC751", "finite", "numbers are finite, but for bounds and budget keys, which may be +inf, and a low is not above its high",
         "rebuild the file with fcbuild";
     NotNegative, "FC752", "not-negative", "radii, bounds, budget keys and epsilons are not negative",
         "rebuild the file with fcbuild";
-    UnitVector, "FC753", "unit-vector", "axes have length 1, and tangents are at right angles to normals, within 1e-4",
+    UnitVector, "FC753", "unit-vector", "axes have length 1, within 1e-4",
         "rebuild the file with fcbuild";
     Cosine, "FC754", "cosine", "cosines lie in -1 to 1",
         "rebuild the file with fcbuild";
     KeyOrder, "FC755", "key-order", "a child's bound and budget key are not above its parent's",
+        "rebuild the file with fcbuild";
+    Grid, "FC756", "grid", "a page's quantum is a power of two, and the steps of its grid are whole quanta and exact in single precision",
         "rebuild the file with fcbuild";
     // Geometry: checked by verify.
     SphereNested, "FC761", "sphere-nested", "a child's sphere lies inside its parent's",

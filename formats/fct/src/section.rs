@@ -13,11 +13,8 @@ use crate::rule::Rule;
 /// The most sections a file may have.
 pub const MAX_SECTIONS: u32 = 64;
 
-/// Sections lie at multiples of this at least: a cache line.
-const MIN_ALIGN_LOG2: u8 = 6;
-
-/// The big arrays lie at multiples of this, so that they map and upload as whole pages.
-const PAGE_ALIGN_LOG2: u8 = 12;
+/// Sections lie at multiples of this at least, and that is what is written: a cache line.
+pub(crate) const ALIGN_LOG2: u8 = 6;
 
 /// Beyond this an alignment is no use and only a way to hide bytes in padding.
 const MAX_ALIGN_LOG2: u8 = 20;
@@ -33,14 +30,22 @@ pub struct Tag(pub [u8; 4]);
 impl Tag {
     /// The description, see [`crate::Meta`].
     pub const META: Self = Self(*b"META");
-    /// Interior nodes in preorder, see [`crate::NodeRecord`].
+    /// Nodes above the pages in preorder, see [`crate::TopRecord`].
+    pub const TOPN: Self = Self(*b"TOPN");
+    /// Boundary loops of the nodes above the pages.
+    pub const TOPL: Self = Self(*b"TOPL");
+    /// Pages in tree order, see [`crate::PageRecord`].
+    pub const PAGE: Self = Self(*b"PAGE");
+    /// Nodes of the pages in preorder, see [`crate::NodeRecord`].
     pub const NODE: Self = Self(*b"NODE");
-    /// Vertices, see [`crate::VertexRecord`].
-    pub const VERT: Self = Self(*b"VERT");
     /// Faces in tree order, see [`crate::FaceRecord`].
     pub const FACE: Self = Self(*b"FACE");
-    /// Boundary loops of the nodes, see [`crate::LOOP_END`].
+    /// Boundary loops of the nodes of the pages.
     pub const LOOP: Self = Self(*b"LOOP");
+    /// Vertices that pages share with pages before them.
+    pub const LINK: Self = Self(*b"LINK");
+    /// Vertices, see [`crate::VertexRecord`].
+    pub const VERT: Self = Self(*b"VERT");
     /// Copies made by cutting seams, see [`crate::WeldRecord`].
     pub const WELD: Self = Self(*b"WELD");
     /// Bounding polygons, see [`crate::BoundingPolygonRecord`].
@@ -55,29 +60,27 @@ impl Tag {
     /// Bytes of an element, or none for a section this version does not know.
     pub(crate) const fn element_size(self) -> Option<u32> {
         match &self.0 {
-            b"META" => Some(1),
-            b"NODE" => Some(64),
-            b"VERT" => Some(36),
-            b"FACE" => Some(12),
-            b"LOOP" | b"NORM" | b"COLR" => Some(4),
+            b"META" | b"TOPL" | b"LOOP" => Some(1),
+            b"TOPN" => Some(64),
+            b"PAGE" => Some(40),
+            b"NODE" => Some(13),
+            b"FACE" => Some(3),
+            b"LINK" | b"COLR" => Some(4),
+            b"VERT" => Some(24),
             b"WELD" => Some(8),
-            b"BPOL" => Some(84),
+            b"BPOL" => Some(28),
             b"GRUP" => Some(16),
+            b"NORM" => Some(2),
             _ => None,
-        }
-    }
-
-    /// The alignment that is written, and the least that is read.
-    pub(crate) const fn align_log2(self) -> u8 {
-        match &self.0 {
-            b"NODE" | b"VERT" | b"FACE" | b"LOOP" => PAGE_ALIGN_LOG2,
-            _ => MIN_ALIGN_LOG2,
         }
     }
 
     /// Whether a reader that does not know the section must refuse the file. That holds for what a picture cannot be drawn without.
     pub(crate) const fn must_understand(self) -> bool {
-        matches!(&self.0, b"META" | b"NODE" | b"VERT" | b"FACE" | b"LOOP")
+        matches!(
+            &self.0,
+            b"META" | b"TOPN" | b"TOPL" | b"PAGE" | b"NODE" | b"FACE" | b"LOOP" | b"LINK" | b"VERT"
+        )
     }
 }
 
@@ -186,13 +189,12 @@ impl SectionInfo {
                 format!("{count} elements of {size} bytes (expected {expected}) in {length} bytes"),
             );
         }
-        if !(tag.align_log2()..=MAX_ALIGN_LOG2).contains(&raw.align_log2) {
+        if !(ALIGN_LOG2..=MAX_ALIGN_LOG2).contains(&raw.align_log2) {
             return broken(
                 Rule::SectionPlace,
                 format!(
-                    "its alignment is 2^{}, expected 2^{} to 2^{MAX_ALIGN_LOG2}",
-                    raw.align_log2,
-                    tag.align_log2()
+                    "its alignment is 2^{}, expected 2^{ALIGN_LOG2} to 2^{MAX_ALIGN_LOG2}",
+                    raw.align_log2
                 ),
             );
         }

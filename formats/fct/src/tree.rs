@@ -12,10 +12,11 @@ use crate::header::Header;
 use crate::map::Backing;
 use crate::meta::Meta;
 use crate::octahedral::NormalRecord;
-use crate::records::{BoundingPolygonRecord, FaceRecord, GroupRecord, NodeRecord, VertexRecord, WeldRecord};
+use crate::node::{BoundingPolygon, Node};
+use crate::records::{BoundingPolygonRecord, GroupRecord, VertexRecord, WeldRecord};
 use crate::section::SectionInfo;
 use crate::verify::{self, Verified};
-use zerocopy::little_endian::U32;
+use crate::walk::Reader;
 
 /// A tree of face clusters, used in place.
 ///
@@ -75,10 +76,10 @@ impl Tree {
 
     /// Checks everything that [`Tree::open`] does not: hashes, padding, structure, values and geometry.
     ///
-    /// Reads the whole file; the time grows with its size, and memory by a bit a loop entry.
+    /// Reads the whole file; the time grows with its size, the memory does not.
     ///
     /// # Errors
-    /// The first broken rule, as [`Error::Invalid`]; [`Error::Limit`] when the memory is not there.
+    /// The first broken rule, as [`Error::Invalid`].
     pub fn verify(&self) -> Result<Verified, Error> {
         verify::verify(self)
     }
@@ -108,24 +109,31 @@ impl Tree {
         &self.sections
     }
 
-    /// Interior nodes in preorder.
-    pub fn nodes(&self) -> &[NodeRecord] {
-        self.records(self.spans.node.clone())
-    }
-
     /// Vertices in order of first use by the faces.
     pub fn vertices(&self) -> &[VertexRecord] {
         self.records(self.spans.vert.clone())
     }
 
-    /// Faces in tree order: every cluster owns a contiguous range.
-    pub fn faces(&self) -> &[FaceRecord] {
-        self.records(self.spans.face.clone())
+    /// The number of faces.
+    pub fn face_count(&self) -> usize {
+        // A face record has three bytes.
+        self.spans.face.len() / 3
     }
 
-    /// Boundary loops of all nodes, see [`Tree::loops_of`].
-    pub fn loops(&self) -> &[U32] {
-        self.records(self.spans.loops.clone())
+    /// The sections that a walk reads, found once for many steps.
+    pub fn reader(&self) -> Reader<'_> {
+        let spans = &self.spans;
+        Reader {
+            tops: self.records(spans.topn.clone()),
+            top_loops: self.records(spans.topl.clone()),
+            pages: self.records(spans.page.clone()),
+            nodes: self.records(spans.node.clone()),
+            faces: self.records(spans.face.clone()),
+            links: self.records(spans.link.clone()),
+            loops: self.records(spans.loops.clone()),
+            vertices: self.vertices(),
+            path: &self.path,
+        }
     }
 
     /// Copies made by cutting seams, sorted by vertex; may be empty.
@@ -136,6 +144,16 @@ impl Tree {
     /// Bounding polygons, sorted by node; may be empty.
     pub fn bounding_polygons(&self) -> &[BoundingPolygonRecord] {
         self.records(self.spans.bpol.clone())
+    }
+
+    /// The place of a node's bounding polygon among them, if it has one. `node` is the node's index in preorder.
+    pub fn bounding_polygon_of(&self, node: u32) -> Option<usize> {
+        self.bounding_polygons().binary_search_by_key(&node, |p| p.node.get()).ok()
+    }
+
+    /// The bounding polygon at a place, decoded; `node` is the node that it belongs to.
+    pub fn bounding_polygon(&self, place: usize, node: &Node) -> Option<BoundingPolygon> {
+        Some(BoundingPolygon::new(self.bounding_polygons().get(place)?, node))
     }
 
     /// A normal a vertex, if the file has them.

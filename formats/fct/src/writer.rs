@@ -5,37 +5,29 @@ use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use zerocopy::IntoBytes;
-use zerocopy::little_endian::U32;
 
 use crate::child::ChildRef;
-use crate::container::{Counts, check_counts, check_root};
+use crate::container::{Counts, check_counts};
 use crate::error::Error;
 use crate::hash::{hash64, hash64_of, hash128_of};
 use crate::header::{ENTRY_LEN, HASHED_LEN, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
 use crate::meta::{MAX_META_LEN, Meta};
 use crate::octahedral::NormalRecord;
 use crate::publish::Pending;
-use crate::records::{
-    BoundingPolygonRecord, FaceRecord, GroupRecord, MAX_FACES, NodeRecord, VertexRecord, WeldRecord,
-};
-use crate::section::{SectionInfo, Tag, align_up};
+use crate::pack::Packed;
+use crate::records::{BoundingPolygonRecord, GroupRecord, MAX_FACES, VertexRecord, WeldRecord};
+use crate::section::{ALIGN_LOG2, SectionInfo, Tag, align_up};
 use crate::tree::Tree;
 
 /// Everything that a file holds.
 #[derive(Clone, Copy, Debug)]
 pub struct TreeData<'a> {
-    /// Node 0, or face 0 when there is but one face.
-    pub root: ChildRef,
     /// The description.
     pub meta: &'a Meta,
-    /// Interior nodes in preorder, one less than faces.
-    pub nodes: &'a [NodeRecord],
+    /// Nodes, faces and loops.
+    pub clusters: &'a Packed,
     /// Vertices in order of first use by the faces.
     pub vertices: &'a [VertexRecord],
-    /// Faces in tree order.
-    pub faces: &'a [FaceRecord],
-    /// Boundary loops of the nodes; [`crate::LOOP_END`] set in the last entry of each loop.
-    pub loops: &'a [U32],
     /// Copies made by cutting seams, sorted by vertex. Left out of the file when empty.
     pub weld: &'a [WeldRecord],
     /// Bounding polygons sorted by node. Left out of the file when empty.
@@ -107,7 +99,6 @@ impl Writer {
         let target = self.pending.target().to_owned();
         check_limits(data, &target)?;
         check_counts(&counts_of(data)).map_err(|v| v.at(&target))?;
-        check_root(data.root, as_count(data.faces)).map_err(|v| v.at(&target))?;
         let meta = data
             .meta
             .encode()
@@ -161,10 +152,14 @@ type Payload<'a> = (Tag, &'a [u8]);
 fn payloads_of<'a>(data: &TreeData<'a>, meta: &'a [u8]) -> Vec<Payload<'a>> {
     let mut payloads = vec![
         (Tag::META, meta),
-        (Tag::NODE, data.nodes.as_bytes()),
+        (Tag::TOPN, data.clusters.tops.as_bytes()),
+        (Tag::TOPL, data.clusters.top_loops.as_bytes()),
+        (Tag::PAGE, data.clusters.pages.as_bytes()),
+        (Tag::NODE, data.clusters.nodes.as_bytes()),
+        (Tag::FACE, data.clusters.faces.as_bytes()),
+        (Tag::LOOP, data.clusters.loops.as_bytes()),
+        (Tag::LINK, data.clusters.links.as_bytes()),
         (Tag::VERT, data.vertices.as_bytes()),
-        (Tag::FACE, data.faces.as_bytes()),
-        (Tag::LOOP, data.loops.as_bytes()),
     ];
     let lists = [
         (Tag::WELD, data.weld.as_bytes()),
@@ -182,7 +177,7 @@ fn place(payloads: &[Payload<'_>]) -> Option<Vec<SectionInfo>> {
     let mut end = head_len(payloads.len())?;
     let mut sections = Vec::with_capacity(payloads.len());
     for &(tag, bytes) in payloads {
-        let offset = align_up(end, tag.align_log2())?;
+        let offset = align_up(end, ALIGN_LOG2)?;
         let length = u64::try_from(bytes.len()).ok()?;
         end = offset.checked_add(length)?;
         let elem_size = tag.element_size()?;
@@ -193,7 +188,7 @@ fn place(payloads: &[Payload<'_>]) -> Option<Vec<SectionInfo>> {
             length,
             elem_size,
             elem_count: length.checked_div(u64::from(elem_size))?,
-            align_log2: tag.align_log2(),
+            align_log2: ALIGN_LOG2,
             hash: hash64(bytes),
         });
     }
@@ -221,12 +216,12 @@ fn head_of(
         optional_features: 0,
         section_count: u32::try_from(sections.len()).unwrap_or(u32::MAX),
         section_entry_size: u32::try_from(ENTRY_LEN).unwrap_or(u32::MAX),
-        node_count: as_count(data.nodes),
+        node_count: as_count(&data.clusters.tops).saturating_add(as_count(&data.clusters.nodes)),
         vertex_count: as_count(data.vertices),
-        face_count: as_count(data.faces),
+        face_count: as_count(&data.clusters.faces),
         content_id,
         source_id,
-        root: data.root,
+        root: if data.clusters.faces.len() == 1 { ChildRef::face(0) } else { ChildRef::node(0) },
         hash: 0,
     };
     let table: Vec<u8> = sections.iter().flat_map(SectionInfo::to_bytes).collect();
@@ -261,18 +256,12 @@ fn write_out(
 
 /// A sum too large for the format is the user's to know about; counts that contradict each other are a mistake of the caller's.
 fn check_limits(data: &TreeData<'_>, target: &Path) -> Result<(), Error> {
-    if as_count(data.faces) > MAX_FACES {
+    let faces = as_count(&data.clusters.faces);
+    if faces > MAX_FACES {
         return Err(Error::limit(
             target,
-            format!("{} faces", data.faces.len()),
+            format!("{faces} faces"),
             format!("{MAX_FACES} faces; split the model"),
-        ));
-    }
-    if u32::try_from(data.loops.len()).is_err() {
-        return Err(Error::limit(
-            target,
-            format!("{} entries in boundary loops", data.loops.len()),
-            format!("{} entries; split the model", u32::MAX),
         ));
     }
     Ok(())
@@ -280,10 +269,14 @@ fn check_limits(data: &TreeData<'_>, target: &Path) -> Result<(), Error> {
 
 fn counts_of(data: &TreeData<'_>) -> Counts {
     Counts {
-        nodes: as_count(data.nodes),
+        tops: as_count(&data.clusters.tops),
+        top_loops: as_count(&data.clusters.top_loops),
+        pages: as_count(&data.clusters.pages),
+        nodes: as_count(&data.clusters.nodes),
+        faces: as_count(&data.clusters.faces),
+        loops: as_count(&data.clusters.loops),
+        links: as_count(&data.clusters.links),
         vertices: as_count(data.vertices),
-        faces: as_count(data.faces),
-        loops: as_count(data.loops),
         weld: as_count(data.weld),
         bounding_polygons: as_count(data.bounding_polygons),
         groups: as_count(data.groups),

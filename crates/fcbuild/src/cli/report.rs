@@ -123,7 +123,7 @@ impl Report {
                 faces_kept: meta.faces_kept,
                 faces_dropped: tally.dropped.total(),
                 vertices: data.vertices.len() as u64,
-                nodes: data.nodes.len() as u64,
+                nodes: meta.faces_kept.saturating_sub(1),
                 depth: meta.depth,
                 components: meta.components,
                 groups: data.groups.len().max(1) as u64,

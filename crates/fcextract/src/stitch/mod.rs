@@ -9,13 +9,14 @@ mod bridge;
 mod triangulate;
 
 use crate::{Error, Selection};
-use fct::{NodeRecord, Tree, VertexRecord};
+use fct::{Loops, Node, Reader, Subtree, VertexRecord};
 use glam::{DVec2, DVec3};
 use triangulate::Triangulator;
 
 /// Draws nodes; keeps its memory from one to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Stitcher {
+    loops: Loops,
     outline: Outline,
     triangulator: Triangulator,
 }
@@ -33,19 +34,20 @@ impl Stitcher {
     /// Appends the triangles of a node of the cut; returns how many of them fold over.
     pub(crate) fn draw(
         &mut self,
-        tree: &Tree,
+        reader: &Reader<'_>,
         selection: &Selection,
-        index: u32,
-        node: &NodeRecord,
+        subtree: &Subtree,
+        node: &Node,
         out: &mut Vec<u32>,
     ) -> Result<u64, Error> {
-        let records = tree.vertices();
+        let records = reader.vertices();
+        reader.read_loops(subtree, &mut self.loops)?;
         let outline = &mut self.outline;
         outline.vertices.clear();
         outline.loop_ends.clear();
-        for boundary in tree.loops_of(index)? {
+        for boundary in self.loops.iter() {
             let start = outline.vertices.len();
-            for vertex in boundary.vertices() {
+            for &vertex in boundary {
                 if records.get(vertex as usize).is_some_and(|r| selection.activates(r)) {
                     outline.vertices.push(vertex);
                 }
@@ -69,12 +71,12 @@ impl Stitcher {
     }
 
     /// Triangulates a polygon of more than three vertices, or with holes.
-    fn fill(&mut self, records: &[VertexRecord], node: &NodeRecord, out: &mut Vec<u32>) {
+    fn fill(&mut self, records: &[VertexRecord], node: &Node, out: &mut Vec<u32>) {
         let outline = &mut self.outline;
         let position = |v: u32| position(records, v);
         // All faces of a cluster that does not fold over face its cone's axis; else the polygon's own area decides.
-        let axis = DVec3::from_array(node.axis.map(|x| f64::from(x.get())));
-        let normal = if node.cos.get() > 0.0 {
+        let axis = DVec3::from_array(node.axis().map(f64::from));
+        let normal = if node.cos() > 0.0 {
             axis
         } else {
             area_vector(outline, position).try_normalize().unwrap_or(axis)
@@ -94,15 +96,15 @@ impl Stitcher {
 fn position(records: &[VertexRecord], vertex: u32) -> DVec3 {
     records
         .get(vertex as usize)
-        .map_or(DVec3::ZERO, |r| DVec3::from_array(r.position.map(|x| f64::from(x.get()))))
+        .map_or(DVec3::ZERO, |r| DVec3::from_array(r.position().map(f64::from)))
 }
 
 /// Triangles that turn their back on the axis of a cluster of which no face does.
-fn count_folded(records: &[VertexRecord], node: &NodeRecord, triangles: &[u32]) -> u64 {
-    if node.cos.get() <= 0.0 {
+fn count_folded(records: &[VertexRecord], node: &Node, triangles: &[u32]) -> u64 {
+    if node.cos() <= 0.0 {
         return 0;
     }
-    let axis = DVec3::from_array(node.axis.map(|x| f64::from(x.get())));
+    let axis = DVec3::from_array(node.axis().map(f64::from));
     let folds = |t: &&[u32]| {
         let [a, b, c] = [0, 1, 2].map(|k| position(records, t[k]));
         (b - a).cross(c - a).dot(axis) < 0.0

@@ -29,7 +29,7 @@ fn paint(tree: &fct::Tree, cluster: &[[u32; 3]]) -> Vec<ClusterVertex> {
     let color = color(name ^ (cluster.len() as u32) << 27);
     let position = |i: u32| {
         let record = tree.vertices().get(i as usize);
-        record.map_or([0.0; 3], |v| fct::unpack(v.position))
+        record.map_or([0.0; 3], |v| v.position())
     };
     let mut corners = Vec::with_capacity(3 * cluster.len());
     for triangle in cluster {

@@ -35,7 +35,7 @@ mod tests {
         let piece = |(number, count): (usize, &u32)| Piece {
             placed: 0,
             cut: CutId::Own(0),
-            node: fct::ChildRef::face(0),
+            subtree: fct::Subtree::default(),
             first_index: number as u32,
             index_count: *count,
             near: 0.0,

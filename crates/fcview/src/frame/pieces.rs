@@ -4,7 +4,7 @@ use super::cut::{CutId, Cuts};
 use crate::camera::View;
 use crate::scene::Scene;
 use fcextract::Batch;
-use fct::{Child, ChildRef, Subtree};
+use fct::{Child, Subtree};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ pub(crate) struct Piece {
     /// Its cut.
     pub(crate) cut: CutId,
     /// The subtree that it is, or is a part of.
-    pub(crate) node: ChildRef,
+    pub(crate) subtree: Subtree,
     /// Its first index within the cut.
     pub(crate) first_index: u32,
     /// Its number of indices.
@@ -45,10 +45,10 @@ pub(crate) fn divide(scene: &Scene, view: &View, cuts: &Cuts, wanted: usize, out
         let Some(model) = scene.models.get(slot.model) else { continue };
         let eye = instance.to_model(view.eye);
         let tree = &model.tree;
-        group(tree, &slot.extraction.batches, most, |node, first_index, index_count| {
-            let (center, radius) = sphere(tree, node);
+        group(tree, &slot.extraction.batches, most, |subtree, first_index, index_count| {
+            let (center, radius) = sphere(tree, &subtree);
             let near = instance.scale * (center.distance(eye) - radius);
-            out.push(Piece { placed: number, cut: placed.cut, node, first_index, index_count, near });
+            out.push(Piece { placed: number, cut: placed.cut, subtree, first_index, index_count, near });
         });
     }
     u32::try_from(most / 3).unwrap_or(u32::MAX)
@@ -56,7 +56,7 @@ pub(crate) fn divide(scene: &Scene, view: &View, cuts: &Cuts, wanted: usize, out
 
 /// Joins the batches of a cut, which stand in the order of the tree, into subtrees of at most `most` indices, and
 /// divides batches that are larger into runs, which lie together as the tree's leaves do.
-fn group(tree: &fct::Tree, batches: &[Batch], most: u64, mut piece: impl FnMut(ChildRef, u32, u32)) {
+fn group(tree: &fct::Tree, batches: &[Batch], most: u64, mut piece: impl FnMut(Subtree, u32, u32)) {
     // Where each batch ends in indices, so that any run's size is one subtraction.
     let start = batches.first().map_or(0, |batch| batch.first_index);
     let ends: Vec<u32> = batches.iter().map(|batch| batch.first_index + batch.index_count).collect();
@@ -69,16 +69,16 @@ fn group(tree: &fct::Tree, batches: &[Batch], most: u64, mut piece: impl FnMut(C
         }
         let run = batches.get(range.clone()).unwrap_or(&[]);
         if u64::from(count) <= most {
-            piece(subtree.child, begin(range.start), count);
+            piece(subtree, begin(range.start), count);
             continue;
         }
         let children = match (run, subtree.child.kind()) {
-            ([_, _, ..], Child::Node(index)) => tree.children(index, subtree.face_end).ok(),
+            ([_, _, ..], Child::Node(_)) => tree.children(&subtree).ok(),
             _ => None,
         };
         match children {
             Some([left, right]) => {
-                let split = run.partition_point(|batch| first_face(tree, batch.node) < right.first_face);
+                let split = run.partition_point(|batch| batch.subtree.first_face < right.first_face);
                 let middle = range.start + split;
                 stack.push((right, middle..range.end));
                 stack.push((left, range.start..middle));
@@ -90,7 +90,7 @@ fn group(tree: &fct::Tree, batches: &[Batch], most: u64, mut piece: impl FnMut(C
                     let runs = triangles.div_ceil((most / 3).max(1) as u32);
                     let bound = |i: u32| 3 * (u64::from(triangles) * u64::from(i) / u64::from(runs)) as u32;
                     for i in 0..runs {
-                        piece(batch.node, batch.first_index + bound(i), bound(i + 1) - bound(i));
+                        piece(batch.subtree, batch.first_index + bound(i), bound(i + 1) - bound(i));
                     }
                 }
             }
@@ -98,24 +98,17 @@ fn group(tree: &fct::Tree, batches: &[Batch], most: u64, mut piece: impl FnMut(C
     }
 }
 
-fn first_face(tree: &fct::Tree, node: ChildRef) -> u32 {
-    match node.kind() {
-        Child::Face(face) => face,
-        Child::Node(index) => tree.nodes().get(index as usize).map_or(0, |node| node.first_face.get()),
-    }
-}
-
 /// A sphere around a subtree, in the model's coordinates: centre and radius.
-pub(crate) fn sphere(tree: &fct::Tree, node: ChildRef) -> (DVec3, f64) {
-    let vector = |v| DVec3::from_array(fct::unpack(v).map(f64::from));
-    match node.kind() {
-        Child::Node(index) => tree
-            .nodes()
-            .get(index as usize)
-            .map_or((DVec3::ZERO, 0.0), |node| (vector(node.center), f64::from(node.radius.get()))),
-        Child::Face(face) => {
-            let corner = |v: u32| tree.vertices().get(v as usize).map_or(DVec3::ZERO, |v| vector(v.position));
-            let [a, b, c] = tree.face(face).unwrap_or_default().map(corner);
+pub(crate) fn sphere(tree: &fct::Tree, subtree: &Subtree) -> (DVec3, f64) {
+    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    match subtree.child.kind() {
+        Child::Node(_) => tree
+            .node(subtree)
+            .map_or((DVec3::ZERO, 0.0), |node| (vector(node.center), f64::from(node.radius))),
+        Child::Face(_) => {
+            let corner =
+                |v: u32| tree.vertices().get(v as usize).map_or(DVec3::ZERO, |v| vector(v.position()));
+            let [a, b, c] = tree.reader().face(subtree).unwrap_or_default().map(corner);
             let center = (a + b + c) / 3.0;
             (center, a.distance(center).max(b.distance(center)).max(c.distance(center)))
         }
@@ -128,30 +121,26 @@ mod tests {
 
     /// A tree of `faces` faces, balanced; only its structure is right.
     fn tree(faces: u32) -> fct::Tree {
-        fn split(first: u32, end: u32, nodes: &mut Vec<fct::NodeRecord>) -> ChildRef {
-            if end - first == 1 {
-                return ChildRef::face(first);
+        fn split(first: u32, end: u32, left_faces: &mut Vec<u32>) {
+            if end - first > 1 {
+                let middle = first.midpoint(end);
+                left_faces.push(middle - first);
+                split(first, middle, left_faces);
+                split(middle, end, left_faces);
             }
-            let index = nodes.len();
-            let first_face = fct::U32::new(first);
-            nodes.push(fct::NodeRecord { first_face, ..Default::default() });
-            let middle = first.midpoint(end);
-            nodes[index].left = fct::U32::new(split(first, middle, nodes).raw());
-            nodes[index].right = fct::U32::new(split(middle, end, nodes).raw());
-            ChildRef::node(index as u32)
         }
-        let mut nodes = Vec::new();
-        let root = split(0, faces, &mut nodes);
+        let mut clusters = fct::PlainClusters {
+            faces: vec![[0, 1, 2]; faces as usize],
+            positions: vec![[0.0; 3]; 3],
+            ..Default::default()
+        };
+        split(0, faces, &mut clusters.left_faces);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.fct");
-        let meta = fct::Meta::default();
         let data = fct::TreeData {
-            root,
-            meta: &meta,
-            nodes: &nodes,
+            meta: &fct::Meta::default(),
+            clusters: &fct::Packed::new(&clusters).unwrap(),
             vertices: &[fct::VertexRecord::default(); 3],
-            faces: &vec![fct::FaceRecord::from([0, 1, 2]); faces as usize],
-            loops: &[],
             weld: &[],
             bounding_polygons: &[],
             normals: None,
@@ -163,9 +152,9 @@ mod tests {
     }
 
     /// A cut of every face as a batch of its own, some left out.
-    fn batches(faces: u32, kept: impl Fn(u32) -> bool) -> Vec<Batch> {
+    fn batches(tree: &fct::Tree, faces: u32, kept: impl Fn(u32) -> bool) -> Vec<Batch> {
         let batch = |(face, number): (u32, u32)| Batch {
-            node: ChildRef::face(face),
+            subtree: tree.find(fct::ChildRef::face(face)).unwrap(),
             first_index: 3 * number,
             index_count: 3,
             bounding_polygon: None,
@@ -179,7 +168,7 @@ mod tests {
         let tree = tree(1000);
         for most in [3, 30, 299, 5000] {
             for every in [1, 3] {
-                let batches = batches(1000, |face| face % every == 0);
+                let batches = batches(&tree, 1000, |face| face % every == 0);
                 let mut end = 0;
                 let mut pieces = 0;
                 group(&tree, &batches, most, |_, first, count| {

@@ -81,25 +81,24 @@ impl<'a> Place<'a> {
             let indices = &cuts.slot(piece.cut)?.extraction.indices;
             let corners = indices.get(start..start + piece.index_count as usize)?.iter().map(|v| {
                 let vertex = tree.vertices().get(*v as usize);
-                vertex.map_or(DVec3::NAN, |v| DVec3::from_array(fct::unpack(v.position).map(f64::from)))
+                vertex.map_or(DVec3::NAN, |v| DVec3::from_array(v.position().map(f64::from)))
             });
             return self.screen.octagon(corners, scratch).map(Question::Octagon);
         }
         let eye = self.eye;
         let from_eye = |p: DVec3| self.instance.rotation * ((p - eye) * self.instance.scale);
-        let record = match piece.node.kind() {
-            Child::Node(node) => {
-                let records = tree.bounding_polygons();
-                let found = records.binary_search_by_key(&node, |record| record.node.get()).ok();
-                found.and_then(|i| records.get(i))
-            }
+        let polygon = match piece.subtree.child.kind() {
+            Child::Node(node) => tree.bounding_polygon_of(node).and_then(|place| {
+                let node = tree.node(&piece.subtree).ok()?;
+                tree.bounding_polygon(place, &node)
+            }),
             Child::Face(_) => None,
         };
-        let octagon = record.and_then(|record| Prism::from(record).polygon(eye, view.pixel));
+        let octagon = polygon.and_then(|polygon| Prism::from(&polygon).polygon(eye, view.pixel));
         if let Some(clip) = octagon.and_then(|corners| to_clip(&corners.map(from_eye), view)) {
             return Some(Question::Octagon(clip));
         }
-        let (center, radius) = sphere(tree, piece.node);
+        let (center, radius) = sphere(tree, &piece.subtree);
         let square = sphere_polygon(center, radius, eye, view.pixel)?;
         Some(Question::Square(to_clip(&square.map(from_eye), view)?))
     }

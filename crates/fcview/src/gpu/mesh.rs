@@ -28,13 +28,13 @@ impl GpuMesh {
         let count = vertices.len();
         let positions = stream(gpu, name, count, 12)?;
         for (chunk, offset) in vertices.chunks(CHUNK).zip((0_u64..).step_by(CHUNK * 12)) {
-            let data: Vec<[f32; 3]> = chunk.iter().map(|v| v.position.map(|c| c.get())).collect();
+            let data: Vec<[f32; 3]> = chunk.iter().map(fct::VertexRecord::position).collect();
             gpu.queue.write_buffer(&positions, offset, bytemuck::cast_slice(&data));
         }
         let normals = stream(gpu, name, count, 4)?;
         let stored = tree.normals();
         for (chunk, offset) in stored.unwrap_or(&[]).chunks(CHUNK).zip((0_u64..).step_by(CHUNK * 4)) {
-            let data: Vec<[i16; 2]> = chunk.iter().map(|n| n.uv.map(|c| c.get())).collect();
+            let data: Vec<[i16; 2]> = chunk.iter().map(|n| n.uv.map(widen)).collect();
             gpu.queue.write_buffer(&normals, offset, bytemuck::cast_slice(&data));
         }
         let colors = stream(gpu, name, count, 4)?;
@@ -54,6 +54,11 @@ impl GpuMesh {
         }
         Ok(GpuMesh { positions, normals, colors, has_normals: stored.is_some() })
     }
+}
+
+/// The coordinate that the GPU reads as the same fraction: it takes 1/32767 for 1/127.
+fn widen(c: i8) -> i16 {
+    (f32::from(c.max(-127)) * (32767.0 / 127.0)).round() as i16
 }
 
 /// An empty vertex buffer of `count` elements.

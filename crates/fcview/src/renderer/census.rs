@@ -72,7 +72,7 @@ impl Renderer {
             let start = corners.len() as u32;
             for (triangle, index) in slot.extraction.indices.iter().enumerate().map(|(i, v)| (i / 3, v)) {
                 let vertex = model.tree.vertices().get(*index as usize);
-                let position = vertex.map_or([f32::NAN; 3], |v| fct::unpack(v.position));
+                let position = vertex.map_or([f32::NAN; 3], |v| v.position());
                 corners.push(Corner { position, number: start / 3 + triangle as u32 });
             }
             ranges.push((start..corners.len() as u32, rows.len() as u32));

@@ -41,7 +41,7 @@ pub(super) struct App<'a> {
 impl<'a> App<'a> {
     pub(super) fn new(cli: &Cli, scene: Scene, warn: &'a mut dyn FnMut(&str)) -> App<'a> {
         let faces = |instance: &crate::Instance| {
-            scene.models.get(instance.model).map_or(0, |model| model.tree.faces().len() as u64)
+            scene.models.get(instance.model).map_or(0, |model| model.tree.face_count() as u64)
         };
         let faces = scene.instances.iter().map(faces).sum();
         let [width, height] = cli.size.map(f64::from);

@@ -4,8 +4,8 @@
 
 use fcgeom::{Cone, Sphere};
 use fct::{
-    BoundingPolygonRecord, ChildRef, F32, FaceRecord, Meta, NodeRecord, NormalRecord, TreeData, U32,
-    VertexRecord, WriteOptions, pack,
+    BoundingPolygonRecord, Child, ClusterData, Meta, NormalRecord, Packed, PlainClusters, TreeData,
+    VertexRecord, WriteOptions,
 };
 use fcview::{Gpu, Model};
 use glam::{DVec3, Vec3};
@@ -51,140 +51,114 @@ pub(crate) fn write_torus(path: &Path, rings: u32, sides: u32) {
     write(path, &positions, faces);
 }
 
-/// Writes any triangles as a tree.
-pub(crate) fn write(path: &Path, positions: &[Vec3], faces: Vec<[u32; 3]>) {
-    let mut builder = Builder { positions, nodes: Vec::new(), polygons: Vec::new() };
-    let mut faces = faces;
-    let count = faces.len();
-    let (root, _) = builder.split(&mut faces, 0);
-    let mut normals = vec![Vec3::ZERO; positions.len()];
-    for face in &faces {
+/// Writes any triangles as a tree. Vertices that no triangle uses are left out.
+pub(crate) fn write(path: &Path, positions: &[Vec3], mut faces: Vec<[u32; 3]>) {
+    let mut tree = PlainClusters::default();
+    split(positions, &mut faces, &mut tree);
+    let mut new_name = vec![None; positions.len()];
+    for corner in faces.iter_mut().flatten() {
+        let old = *corner as usize;
+        *corner = *new_name[old].get_or_insert_with(|| {
+            tree.positions.push(positions[old].to_array());
+            tree.positions.len() as u32 - 1
+        });
+    }
+    tree.faces = faces;
+    let at = |v: u32| Vec3::from_array(tree.positions[v as usize]);
+    let mut normals = vec![Vec3::ZERO; tree.positions.len()];
+    for face in &tree.faces {
         for vertex in face {
-            normals[*vertex as usize] += builder.normal(face);
+            normals[*vertex as usize] += normal(&face.map(at));
         }
     }
     let normals: Vec<_> = normals.iter().map(|n| NormalRecord::encode(n.to_array())).collect();
-    let low = positions.iter().fold(Vec3::INFINITY, |low, p| low.min(*p));
-    let high = positions.iter().fold(Vec3::NEG_INFINITY, |high, p| high.max(*p));
-    let infinite = F32::new(f32::INFINITY);
-    let vertices: Vec<_> = positions
+    let places = || tree.positions.iter().copied().map(Vec3::from_array);
+    let vertices: Vec<_> = tree
+        .positions
         .iter()
-        .map(|p| VertexRecord {
-            position: pack(p.to_array()),
-            bound: infinite,
-            budget: infinite,
-            center: pack(p.to_array()),
-            radius: F32::new(0.0),
+        .map(|p| {
+            let always = VertexRecord::eager(*p, f64::INFINITY, f64::INFINITY, ([0.0; 3], 0.0));
+            always.expect("a sphere of no size fits")
         })
         .collect();
-    let faces: Vec<FaceRecord> = faces.into_iter().map(FaceRecord::from).collect();
     let meta = Meta {
-        faces_in: count as u64,
-        faces_kept: count as u64,
-        bounds_min: low.to_array(),
-        bounds_max: high.to_array(),
+        faces_in: tree.faces.len() as u64,
+        faces_kept: tree.faces.len() as u64,
+        bounds_min: places().fold(Vec3::INFINITY, Vec3::min).to_array(),
+        bounds_max: places().fold(Vec3::NEG_INFINITY, Vec3::max).to_array(),
         ..Meta::default()
     };
-    let data = TreeData {
-        root,
+    let packed = Packed::new(&tree).expect("the tree can be packed");
+    let mut data = TreeData {
         meta: &meta,
-        nodes: &builder.nodes,
+        clusters: &packed,
         vertices: &vertices,
-        faces: &faces,
-        loops: &[],
         weld: &[],
-        bounding_polygons: &builder.polygons,
+        bounding_polygons: &[],
         normals: Some(&normals),
         colors: None,
         groups: &[],
     };
-    fct::write(path, &data, &WriteOptions { overwrite: true, source_id: 0 }).expect("the tree is written");
+    let options = WriteOptions { overwrite: true, source_id: 0 };
+    fct::write(path, &data, &options).expect("the tree is written");
+    // Once more with the polygons, which are measured from the nodes as they are read.
+    let polygons = polygons(&fct::Tree::open(path).expect("the tree opens"), &tree);
+    data.bounding_polygons = &polygons;
+    fct::write(path, &data, &options).expect("the tree is written");
 }
 
-struct Builder<'a> {
-    positions: &'a [Vec3],
-    nodes: Vec<NodeRecord>,
-    polygons: Vec<BoundingPolygonRecord>,
+fn normal([a, b, c]: &[Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a)
 }
 
-impl Builder<'_> {
-    fn corners(&self, face: &[u32; 3]) -> [Vec3; 3] {
-        face.map(|v| self.positions[v as usize])
+/// Sorts a run of faces into the subtree of medians, nodes in preorder.
+fn split(positions: &[Vec3], faces: &mut [[u32; 3]], tree: &mut PlainClusters) {
+    if faces.len() < 2 {
+        return;
     }
+    let corners = |face: &[u32; 3]| face.map(|v| positions[v as usize]);
+    let points: Vec<Vec3> = faces.iter().flat_map(corners).collect();
+    let low = points.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+    let high = points.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let axis = (high - low).max_position();
+    faces.sort_by(|a, b| {
+        let key = |face| corners(face).iter().map(|p| p[axis]).sum::<f32>();
+        key(a).total_cmp(&key(b)).then(a.cmp(b))
+    });
+    let cone = Cone::of_normals(faces.iter().map(|face| normal(&corners(face)).normalize_or_zero()));
+    let left = faces.len() / 2;
+    tree.left_faces.push(left as u32);
+    tree.clusters.push(ClusterData {
+        center: Sphere::of_points(&points).center.to_array(),
+        bound: f32::INFINITY,
+        budget: f32::INFINITY,
+        axis: cone.axis.to_array(),
+        cos: cone.cos,
+        epsilon: 0.0,
+    });
+    let (left, right) = faces.split_at_mut(left);
+    split(positions, left, tree);
+    split(positions, right, tree);
+}
 
-    fn normal(&self, face: &[u32; 3]) -> Vec3 {
-        let [a, b, c] = self.corners(face);
-        (b - a).cross(c - a)
+/// The bounding polygons of all clusters of 64 faces or more.
+fn polygons(tree: &fct::Tree, plain: &PlainClusters) -> Vec<BoundingPolygonRecord> {
+    let mut out = Vec::new();
+    let mut stack = vec![tree.whole()];
+    while let Some(subtree) = stack.pop() {
+        let Child::Node(index) = subtree.child.kind() else { continue };
+        if subtree.face_count() < 64 {
+            continue;
+        }
+        let corners = |face: &[u32; 3]| face.map(|v| Vec3::from_array(plain.positions[v as usize]));
+        let faces = subtree.of(&plain.faces);
+        let sum: Vec3 = faces.iter().map(|face| normal(&corners(face))).sum();
+        let points = faces.iter().flat_map(corners).map(Vec3::into);
+        let node = tree.node(&subtree).expect("the node is there");
+        let along = sum.try_normalize().unwrap_or(Vec3::Z);
+        out.push(BoundingPolygonRecord::around(index, &node, along.to_array(), points));
+        let [left, right] = tree.children(&subtree).expect("the children are there");
+        stack.extend([right, left]);
     }
-
-    /// Makes the subtree of a run of faces that begins at face `first`, and its sphere.
-    fn split(&mut self, faces: &mut [[u32; 3]], first: u32) -> (ChildRef, Sphere) {
-        if let [face] = faces {
-            return (ChildRef::face(first), Sphere::of_points(self.corners(face)));
-        }
-        let points: Vec<Vec3> = faces.iter().flat_map(|face| self.corners(face)).collect();
-        let low = points.iter().fold(Vec3::INFINITY, |low, p| low.min(*p));
-        let high = points.iter().fold(Vec3::NEG_INFINITY, |high, p| high.max(*p));
-        let axis = (high - low).max_position();
-        faces.sort_by(|a, b| {
-            let key = |face| self.corners(face).iter().map(|p| p[axis]).sum::<f32>();
-            key(a).total_cmp(&key(b)).then(a.cmp(b))
-        });
-        let index = self.nodes.len();
-        let cone = Cone::of_normals(faces.iter().map(|face| self.normal(face).normalize_or_zero()));
-        self.nodes.push(NodeRecord {
-            bound: F32::new(f32::INFINITY),
-            budget: F32::new(f32::INFINITY),
-            axis: pack(cone.axis.to_array()),
-            cos: F32::new(cone.cos),
-            first_face: U32::new(first),
-            ..NodeRecord::default()
-        });
-        if faces.len() >= 64 {
-            let polygon = self.bounding_polygon(index as u32, faces, &points);
-            self.polygons.push(polygon);
-        }
-        let (left, right) = faces.split_at_mut(faces.len() / 2);
-        let middle = first + left.len() as u32;
-        let (left, left_sphere) = self.split(left, first);
-        let (right, right_sphere) = self.split(right, middle);
-        let sphere = Sphere::enclosing(&left_sphere, &right_sphere);
-        let node = &mut self.nodes[index];
-        node.left = U32::new(left.raw());
-        node.right = U32::new(right.raw());
-        node.center = pack(sphere.center.to_array());
-        node.radius = F32::new(sphere.radius);
-        (ChildRef::node(index as u32), sphere)
-    }
-
-    fn bounding_polygon(&self, node: u32, faces: &[[u32; 3]], points: &[Vec3]) -> BoundingPolygonRecord {
-        let sum: Vec3 = faces.iter().map(|face| self.normal(face)).sum();
-        let normal = sum.try_normalize().unwrap_or(Vec3::Z);
-        let tangent = fcgeom::tangent_frame(normal.as_dvec3()).0.as_vec3();
-        let (n, t) = (normal.as_dvec3(), tangent.as_dvec3());
-        let b = n.cross(t);
-        let origin = points[0];
-        let mut low = f64::INFINITY;
-        let mut high = f64::NEG_INFINITY;
-        let mut support = [f64::NEG_INFINITY; 8];
-        for p in points {
-            let d = (p - origin).as_dvec3();
-            low = low.min(d.dot(n));
-            high = high.max(d.dot(n));
-            for (k, s) in support.iter_mut().enumerate() {
-                let angle = k as f64 * std::f64::consts::FRAC_PI_4;
-                *s = s.max(d.dot(t) * angle.cos() + d.dot(b) * angle.sin());
-            }
-        }
-        BoundingPolygonRecord {
-            node: U32::new(node),
-            flags: U32::new(0),
-            origin: pack(origin.to_array()),
-            normal: pack(normal.to_array()),
-            tangent: pack(tangent.to_array()),
-            low: F32::new(fcgeom::round_down(low)),
-            high: F32::new(fcgeom::round_up(high)),
-            support: support.map(|s| F32::new(fcgeom::round_up(s))),
-        }
-    }
+    out
 }

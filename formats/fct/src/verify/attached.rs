@@ -2,7 +2,7 @@
 
 use crate::child::{Child, ChildRef};
 use crate::error::Violation;
-use crate::records::{GroupRecord, VertexRecord, WeldRecord, unpack};
+use crate::records::{GroupRecord, VertexRecord, WeldRecord};
 use crate::rule::Rule;
 use crate::tree::Tree;
 use crate::walk::{Subtree, to_index};
@@ -38,12 +38,10 @@ fn is_copy(weld: &[WeldRecord], vertex: u32) -> bool {
     weld.binary_search_by_key(&vertex, |w| w.vertex.get()).is_ok()
 }
 
-/// As numbers, so that -0 equals 0; NaN was refused before.
+/// Positions as numbers, so that -0 equals 0; NaN was refused before.
 fn equal(a: &VertexRecord, b: &VertexRecord) -> bool {
-    let numbers = |v: &VertexRecord| {
-        (unpack(v.position), unpack(v.center), [v.bound.get(), v.budget.get(), v.radius.get()])
-    };
-    numbers(a) == numbers(b)
+    let rest = |v: &VertexRecord| (v.bound, v.budget, v.radius, v.offset, v.displacement);
+    a.position() == b.position() && rest(a) == rest(b)
 }
 
 /// The groups that a walk in tree order has not met yet.
@@ -152,7 +150,7 @@ fn bounds(vertices: &[VertexRecord]) -> ([f32; 3], [f32; 3]) {
     let mut low = [f32::INFINITY; 3];
     let mut high = [f32::NEG_INFINITY; 3];
     for vertex in vertices {
-        let position = unpack(vertex.position);
+        let position = vertex.position();
         for ((low, high), p) in low.iter_mut().zip(&mut high).zip(position) {
             *low = low.min(p);
             *high = high.max(p);

@@ -4,12 +4,11 @@
 //! cluster, edges inside cancel and the boundary remains; the edges of the loops must give the same sum.
 //! A sum that agrees by chance has odds of one in 2^64, and costs no memory and no look at neighbours.
 
-use zerocopy::little_endian::U32;
-
 use crate::error::Violation;
-use crate::records::NodeRecord;
+use crate::loops::Loops;
+use crate::node::Node;
 use crate::rule::Rule;
-use crate::walk::{Loops, node_place, to_index};
+use crate::walk::Subtree;
 
 /// The number of the directed edge from `a` to `b`, minus that from `b` to `a`.
 fn edge_number(a: u32, b: u32) -> u64 {
@@ -30,83 +29,40 @@ pub(crate) fn face_number([a, b, c]: [u32; 3]) -> u64 {
     edge_number(a, b).wrapping_add(edge_number(b, c)).wrapping_add(edge_number(c, a))
 }
 
-/// Compares the loops of a node with the boundary of its faces, which the caller has summed.
+/// Compares the loops of a node with the boundary of its faces, which the caller has summed. `follows` says that the
+/// loops were not stored and follow from the faces, which must leave no choice.
 pub(crate) fn check(
-    index: u32,
-    node: &NodeRecord,
-    loops: Loops<'_>,
+    subtree: &Subtree,
+    node: &Node,
+    loops: &Loops,
+    follows: bool,
     of_faces: u64,
 ) -> Result<(), Box<Violation>> {
     // A node that must always be refined is never drawn and may do without.
-    if node.loop_len.get() == 0 && node.bound.get() == f32::INFINITY {
+    if node.bound == f32::INFINITY && (follows || loops.vertices.is_empty()) {
         return Ok(());
     }
     let mut of_loops = 0_u64;
-    for boundary in loops {
-        let next = boundary.vertices().skip(1).chain(boundary.vertices().take(1));
-        for (a, b) in boundary.vertices().zip(next) {
-            of_loops = of_loops.wrapping_add(edge_number(a, b));
+    let mut ambiguous = false;
+    for ring in loops.iter() {
+        let next = ring.iter().skip(1).chain(ring.first());
+        for (a, b) in ring.iter().zip(next) {
+            of_loops = of_loops.wrapping_add(edge_number(*a, *b));
         }
+        ambiguous |= follows && ring.iter().enumerate().any(|(i, v)| ring.iter().take(i).any(|u| u == v));
     }
-    if of_loops == of_faces {
+    if of_loops == of_faces && !ambiguous {
         return Ok(());
     }
     Err(Violation::new(
         Rule::LoopBoundary,
-        node_place(index),
-        format!("its {} loop entries are not the boundary of its faces", node.loop_len.get()),
+        subtree.to_string(),
+        if ambiguous {
+            "its loops are not stored, and its faces leave a choice".to_owned()
+        } else {
+            format!("its {} loop entries are not the boundary of its faces", loops.vertices.len())
+        },
     ))
-}
-
-/// Which entries of section `LOOP` some node has claimed.
-pub(crate) struct Covered {
-    words: Vec<u64>,
-    claimed: usize,
-    entries: usize,
-}
-
-impl Covered {
-    /// None when the memory is not there.
-    pub(crate) fn for_entries(entries: usize) -> Option<Self> {
-        let mut words = Vec::new();
-        let len = entries.div_ceil(64);
-        words.try_reserve_exact(len).ok()?;
-        words.resize(len, 0);
-        Some(Self { words, claimed: 0, entries })
-    }
-
-    /// Claims the entries of a node, whose range was checked.
-    pub(crate) fn claim(&mut self, index: u32, node: &NodeRecord) -> Result<(), Box<Violation>> {
-        let start = to_index(node.loop_start.get()).unwrap_or(usize::MAX);
-        let len = to_index(node.loop_len.get()).unwrap_or(usize::MAX);
-        for entry in start..start.saturating_add(len) {
-            let bit = 1_u64 << (entry & 63);
-            if let Some(word) = self.words.get_mut(entry >> 6) {
-                if *word & bit != 0 {
-                    return Err(Violation::new(
-                        Rule::LoopCover,
-                        node_place(index),
-                        format!("entry {entry} of section LOOP belongs to an earlier node, too"),
-                    ));
-                }
-                *word |= bit;
-            }
-        }
-        self.claimed = self.claimed.saturating_add(len);
-        Ok(())
-    }
-
-    /// After the last node: nothing may be left.
-    pub(crate) fn check_all(&self, loops: &[U32]) -> Result<(), Box<Violation>> {
-        if self.claimed == self.entries && loops.len() == self.entries {
-            return Ok(());
-        }
-        Err(Violation::new(
-            Rule::LoopCover,
-            "section LOOP".to_owned(),
-            format!("nodes own {} of its {} entries", self.claimed, loops.len()),
-        ))
-    }
 }
 
 #[cfg(test)]

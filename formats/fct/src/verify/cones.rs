@@ -1,17 +1,18 @@
 //! That normal cones hold the normals of their faces.
 
 use crate::error::Violation;
-use crate::records::{FaceRecord, NodeRecord, VertexRecord};
+use crate::node::Node;
+use crate::records::VertexRecord;
 use crate::rule::Rule;
-use crate::walk::{Subtree, node_place, to_index};
+use crate::walk::{Reader, Subtree, to_index};
 
 use super::vector::{Vector, cross, dot, length, sub, widen};
 
 /// Larger clusters are not looked at: their cones follow from the same code, and seldom cull anything.
 const MAX_CLUSTER: u32 = 64;
 
-/// Slack of a cosine.
-const SLACK: f64 = 1e-4;
+/// Slack of a cosine: the builder's normals come from the same positions in another order of sums.
+const SLACK: f64 = 1e-6;
 
 /// A face whose area is smaller than this part of the product of two edges has no normal that rounding leaves standing.
 const SLIVER: f64 = 1e-10;
@@ -26,27 +27,25 @@ pub(crate) struct Cones {
 impl Cones {
     pub(crate) fn check(
         &mut self,
-        index: u32,
-        node: &NodeRecord,
+        node: &Node,
         subtree: &Subtree,
-        faces: &[FaceRecord],
-        vertices: &[VertexRecord],
+        reader: &Reader<'_>,
     ) -> Result<(), Box<Violation>> {
-        if subtree.face_count() > MAX_CLUSTER || node.cos.get() <= -1.0 {
+        let stored = node.cos();
+        if subtree.face_count() > MAX_CLUSTER || stored <= -1.0 {
             return Ok(());
         }
-        let axis = widen(node.axis);
-        let cos = f64::from(node.cos.get()) - SLACK;
-        for (face, normal) in (subtree.first_face..).zip(self.normals(subtree, faces, vertices)) {
+        let axis = widen(node.axis());
+        let cos = f64::from(stored) - SLACK;
+        for (face, normal) in (subtree.first_face..).zip(self.normals(subtree, reader)?) {
             let Some(normal) = normal else { continue };
             let found = dot(*normal, axis);
             if found < cos {
                 return Err(Violation::new(
                     Rule::ConeHolds,
-                    node_place(index),
+                    subtree.to_string(),
                     format!(
-                        "the normal of face {face} has the cosine {found} with its axis, and its cone {}",
-                        node.cos.get()
+                        "the normal of face {face} has the cosine {found} with its axis, and its cone {stored}"
                     ),
                 ));
             }
@@ -58,9 +57,8 @@ impl Cones {
     fn normals(
         &mut self,
         subtree: &Subtree,
-        faces: &[FaceRecord],
-        vertices: &[VertexRecord],
-    ) -> &[Option<Vector>] {
+        reader: &Reader<'_>,
+    ) -> Result<&[Option<Vector>], Box<Violation>> {
         let place = |first: u32| {
             let start = to_index(subtree.first_face.checked_sub(first)?)?;
             Some(start..start.checked_add(to_index(subtree.face_count())?)?)
@@ -68,10 +66,17 @@ impl Cones {
         if place(self.first).is_none_or(|range| range.end > self.normals.len()) {
             self.first = subtree.first_face;
             self.normals.clear();
-            let cluster = subtree.of(faces);
-            self.normals.extend(cluster.iter().map(|f| normal_of(f.indices(), vertices)));
+            let mut stack = vec![*subtree];
+            while let Some(below) = stack.pop() {
+                if below.face_count() > 1 {
+                    let [left, right] = reader.split(&below)?;
+                    stack.extend([right, left]);
+                } else {
+                    self.normals.push(normal_of(reader.corners(&below)?, reader.vertices));
+                }
+            }
         }
-        place(self.first).and_then(|range| self.normals.get(range)).unwrap_or_default()
+        Ok(place(self.first).and_then(|range| self.normals.get(range)).unwrap_or_default())
     }
 }
 
@@ -79,7 +84,7 @@ impl Cones {
 fn normal_of(corners: [u32; 3], vertices: &[VertexRecord]) -> Option<Vector> {
     let [a, b, c] = corners.map(|v| {
         let vertex = to_index(v).and_then(|i| vertices.get(i))?;
-        Some(widen(vertex.position))
+        Some(widen(vertex.position()))
     });
     let a = a?;
     let (ab, ac) = (sub(b?, a), sub(c?, a));

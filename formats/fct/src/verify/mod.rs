@@ -10,6 +10,7 @@ mod boundary;
 mod bytes;
 mod cones;
 mod descent;
+mod pages;
 mod polygons;
 mod spheres;
 mod values;
@@ -30,7 +31,7 @@ pub struct Verified {
     pub faces: u64,
     /// Vertices.
     pub vertices: u64,
-    /// Entries in boundary loops.
+    /// Entries in the boundary loops of all nodes, stored or not.
     pub loop_entries: u64,
     /// Child references on the longest way from the root to a face.
     pub depth: u32,
@@ -43,14 +44,9 @@ pub(crate) fn verify(tree: &Tree) -> Result<Verified, Error> {
     bytes::check(tree).map_err(|v| v.at(path))?;
     values::check_vertices(tree.vertices()).map_err(|v| v.at(path))?;
     attached::check_weld(tree).map_err(|v| v.at(path))?;
-    let mut covered = boundary::Covered::for_entries(tree.loops().len()).ok_or_else(|| {
-        Error::limit(
-            path,
-            format!("{} loop entries to mark", tree.loops().len()),
-            "the memory of this machine",
-        )
-    })?;
-    let found = descent::check(tree, &mut covered).map_err(|v| v.at(path))?;
+    let reader = tree.reader();
+    pages::check(&reader).map_err(|v| v.at(path))?;
+    let found = descent::check(tree, &reader).map_err(|v| v.at(path))?;
     attached::check_meta(tree, &found).map_err(|v| v.at(path))?;
     let header = tree.header();
     Ok(Verified {
@@ -58,7 +54,7 @@ pub(crate) fn verify(tree: &Tree) -> Result<Verified, Error> {
         nodes: header.node_count,
         faces: header.face_count,
         vertices: header.vertex_count,
-        loop_entries: u64::try_from(tree.loops().len()).unwrap_or(u64::MAX),
+        loop_entries: found.loop_entries,
         depth: found.depth,
         content_id: header.content_id,
     })

@@ -1,13 +1,9 @@
 //! Vectors of three f64: differences of stored f32 are exact or nearly so in them.
 
-use zerocopy::little_endian::F32;
-
-use crate::records::unpack;
-
 pub(crate) type Vector = [f64; 3];
 
-pub(crate) fn widen(v: [F32; 3]) -> Vector {
-    unpack(v).map(f64::from)
+pub(crate) fn widen(v: [f32; 3]) -> Vector {
+    v.map(f64::from)
 }
 
 pub(crate) fn sub([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> Vector {

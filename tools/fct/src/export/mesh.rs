@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use fcextract::Extraction;
-use fct::{Tree, unpack};
+use fct::{Child, ChildRef, Tree};
 
 /// Not given a place in the mesh yet. No vertex index is as high.
 const UNUSED: u32 = u32::MAX;
@@ -67,7 +67,7 @@ impl Mesh {
         }
         drop(place);
         let vertices =
-            used.iter().filter_map(|&v| stored.get(v as usize)).map(|r| unpack(r.position)).collect();
+            used.iter().filter_map(|&v| stored.get(v as usize)).map(|r| r.position()).collect();
         let normals = tree
             .normals()
             .map(|all| used.iter().filter_map(|&v| all.get(v as usize)).map(|n| n.decode()).collect());
@@ -116,10 +116,15 @@ fn group_of_vertices(tree: &Tree) -> Result<Vec<u32>, Error> {
         return Ok(Vec::new());
     }
     let mut group_of = vec![UNUSED; tree.vertices().len()];
+    let reader = tree.reader();
     for (group, record) in (0..).zip(tree.groups()) {
-        let first = record.first_face.get();
-        for face in first..first.saturating_add(record.face_count.get()) {
-            for v in tree.face(face)? {
+        let mut stack = vec![reader.find(ChildRef::from_raw(record.root.get()))?];
+        while let Some(subtree) = stack.pop() {
+            if let Child::Node(_) = subtree.child.kind() {
+                stack.extend(reader.children(&subtree)?);
+                continue;
+            }
+            for v in reader.face(&subtree)? {
                 if let Some(slot) = group_of.get_mut(v as usize) {
                     *slot = group;
                 }

@@ -1,0 +1,174 @@
+//! Loops in bytes: of pages by local indices, above them by differences.
+
+use super::page::{Below, Names, Place};
+use super::plan::PlannedPage;
+use super::{ClusterData, Clusters, PackError};
+use crate::loops::{MORE_LOOPS, NO_LOOPS, follow_faces};
+use crate::records::{FaceRecord, LOOP_END, SMALL_FACES};
+
+/// Whether the loops of a node are in section `LOOP`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stored {
+    Yes,
+    No,
+}
+
+/// Appends the loops of a page's nodes in preorder: each with the bytes of its left child's, then its own.
+///
+/// A small node stores its loops only if its faces do not tell them, or if a node below has stored its own, since a
+/// walk finds those through it.
+#[allow(clippy::too_many_arguments, reason = "one caller, which has all of these in its hands")]
+pub(super) fn page_loops(
+    clusters: &impl Clusters,
+    page: &PlannedPage,
+    nodes: &[Place],
+    data: &[ClusterData],
+    faces: &[FaceRecord],
+    names: &Names<'_>,
+    entries: &mut Vec<u32>,
+    out: &mut Vec<u8>,
+) -> Result<Vec<Stored>, PackError> {
+    let mut stored = vec![Stored::Yes; nodes.len()];
+    let mut coded: Vec<Vec<u8>> = Vec::new();
+    coded.resize(nodes.len(), Vec::new());
+    for (index, place) in nodes.iter().enumerate().rev() {
+        let node = page.node + index as u32;
+        let drawn = data[index].bound != f32::INFINITY;
+        entries.clear();
+        if drawn {
+            clusters.boundary(node, entries);
+        }
+        let own = &faces[place.first..place.first + place.faces];
+        let below_stores = place
+            .children(index)
+            .iter()
+            .any(|child| matches!(child, Below::Node(child) if stored[*child] == Stored::Yes));
+        if place.faces <= SMALL_FACES as usize
+            && !below_stores
+            && (!drawn || tells(own, entries, names))
+        {
+            stored[index] = Stored::No;
+            continue;
+        }
+        coded[index] = encode(entries, names)
+            .ok_or_else(|| PackError::NoTree(format!("the boundary of node {node} is not of its faces")))?;
+    }
+    // What a subtree takes, its root's skip of two bytes and its own loops counted.
+    let mut taken = vec![0_usize; nodes.len()];
+    for (index, place) in nodes.iter().enumerate().rev() {
+        if stored[index] == Stored::Yes {
+            let below: usize = place.children(index).iter().map(|child| bytes_of(child, &taken)).sum();
+            taken[index] = 2 + coded[index].len() + below;
+        }
+    }
+    for (index, place) in nodes.iter().enumerate() {
+        if stored[index] == Stored::Yes {
+            let skip = u16::try_from(bytes_of(&place.children(index)[0], &taken))
+                .map_err(|_too_long| PackError::TooLong("the loops of a page"))?;
+            out.extend(skip.to_le_bytes());
+            out.extend_from_slice(&coded[index]);
+        }
+    }
+    Ok(stored)
+}
+
+fn bytes_of(child: &Below, taken: &[usize]) -> usize {
+    match *child {
+        Below::Node(child) => taken[child],
+        Below::Face(_) => 0,
+    }
+}
+
+/// Whether a reader finds these loops from the faces: the same loops, wherever each begins.
+fn tells(faces: &[FaceRecord], entries: &[u32], names: &Names<'_>) -> bool {
+    let faces: Vec<[u8; 3]> = faces.iter().map(|f| f.vertices).collect();
+    let mut followed: Vec<Vec<u8>> = vec![Vec::new()];
+    follow_faces(&faces, |local, last| {
+        if let Some(at) = followed.last_mut() {
+            at.push(local);
+        }
+        if last {
+            followed.push(Vec::new());
+        }
+    });
+    followed.pop();
+    let given = entries.split_inclusive(|v| v & LOOP_END != 0);
+    let mut given: Option<Vec<Vec<u8>>> =
+        given.map(|l| l.iter().map(|v| names.local(v & !LOOP_END)).collect()).collect();
+    let Some(given) = given.as_mut() else {
+        return false;
+    };
+    for ring in given.iter_mut().chain(&mut followed) {
+        let lowest = ring.iter().enumerate().min_by_key(|(_, v)| **v).map_or(0, |(i, _)| i);
+        ring.rotate_left(lowest);
+        // A vertex that is met twice could be left by either way.
+        let mut sorted = ring.clone();
+        sorted.sort_unstable();
+        if sorted.windows(2).any(|w| w[0] == w[1]) {
+            return false;
+        }
+    }
+    given.sort_unstable();
+    followed.sort_unstable();
+    *given == followed
+}
+
+/// A node's loops in the bytes of a page.
+fn encode(entries: &[u32], names: &Names<'_>) -> Option<Vec<u8>> {
+    if entries.is_empty() {
+        return Some(vec![NO_LOOPS]);
+    }
+    let mut bytes = Vec::with_capacity(entries.len() + 2);
+    let loops: Vec<&[u32]> = entries.split_inclusive(|v| v & LOOP_END != 0).collect();
+    for (i, ring) in loops.iter().enumerate() {
+        if i + 1 < loops.len() {
+            bytes.push(MORE_LOOPS);
+        }
+        bytes.push(u8::try_from(ring.len()).ok().filter(|n| *n > NO_LOOPS)?);
+        for vertex in *ring {
+            bytes.push(names.local(vertex & !LOOP_END)?);
+        }
+    }
+    Some(bytes)
+}
+
+/// Appends the loops of a node above the pages: lengths and differences in groups of seven bits.
+pub(super) fn encode_top(entries: &[u32], out: &mut Vec<u8>) {
+    let mut before = 0_u32;
+    for ring in entries.split_inclusive(|v| v & LOOP_END != 0) {
+        write_varint(ring.len() as u32, out);
+        for vertex in ring {
+            let vertex = vertex & !LOOP_END;
+            let step = if vertex >= before { (vertex - before) << 1 } else { (before - vertex) << 1 | 1 };
+            write_varint(step, out);
+            before = vertex;
+        }
+    }
+}
+
+fn write_varint(mut value: u32, out: &mut Vec<u8>) {
+    while value >= 0x80 {
+        out.push((value & 0x7F) as u8 | 0x80);
+        value >>= 7;
+    }
+    out.push(value as u8);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::encode_top;
+    use crate::loops::{Loops, read_top};
+    use crate::records::LOOP_END;
+
+    #[test]
+    fn loops_above_the_pages_come_back() {
+        let last = LOOP_END;
+        let entries = [5, 1_000_000, (1 << 31) - 1 | last, 7, 0, 700_000_000 | last];
+        let mut bytes = Vec::new();
+        encode_top(&entries, &mut bytes);
+        let mut loops = Loops::default();
+        assert_eq!(read_top(&bytes, &mut loops), Some(()));
+        let expected = [[5, 1_000_000, (1 << 31) - 1], [7, 0, 700_000_000]];
+        assert!(loops.iter().eq(expected.iter().map(<[u32; 3]>::as_slice)));
+    }
+}
