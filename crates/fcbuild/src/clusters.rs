@@ -66,6 +66,8 @@ impl Clusters for Measurements<'_> {
             axis: bounds.cone.axis.to_array(),
             cos: bounds.cone.cos,
             epsilon: (split.epsilon * self.scale.0 * self.scale.0) as f32,
+            plane: split.normal.to_array(),
+            offset: split.offset * self.scale.0,
         }
     }
 

@@ -32,6 +32,7 @@
 
 mod child;
 mod container;
+mod displacement;
 mod error;
 mod hash;
 mod header;
@@ -41,6 +42,7 @@ mod meta;
 mod node;
 mod octahedral;
 mod pack;
+mod plane;
 mod publish;
 mod records;
 mod rule;
@@ -59,6 +61,7 @@ pub use meta::{MAX_META_LEN, Meta};
 pub use node::{BoundingPolygon, Node};
 pub use octahedral::{FineNormalRecord, NormalRecord};
 pub use pack::{ClusterData, Clusters, PackError, Packed, PageRun, PlainClusters, Plan};
+pub use plane::PlaneRecord;
 pub use publish::Pending;
 pub use records::{
     BoundingPolygonRecord, FaceRecord, GroupRecord, LOOP_END, MAX_DEPTH, MAX_FACES, MAX_PAGE_FACES,

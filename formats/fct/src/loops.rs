@@ -154,7 +154,8 @@ pub(crate) fn read_top(mut bytes: &[u8], out: &mut Loops) -> Option<()> {
         for _ in 0..length {
             let step = read_varint(&mut bytes)?;
             let magnitude = step >> 1;
-            vertex = if step & 1 == 0 { vertex.checked_add(magnitude)? } else { vertex.checked_sub(magnitude)? };
+            vertex =
+                if step & 1 == 0 { vertex.checked_add(magnitude)? } else { vertex.checked_sub(magnitude)? };
             out.vertices.push(vertex);
         }
         out.close();

@@ -1,6 +1,7 @@
 //! A node as a reader sees it, whichever record it comes from.
 
 use crate::octahedral::{NormalRecord, tangent_of};
+use crate::plane::PlaneRecord;
 use crate::records::{BoundingPolygonRecord, NodeRecord, PageRecord, TopRecord, unpack};
 
 /// A cluster of two faces or more, decoded.
@@ -23,8 +24,8 @@ pub struct Node {
 /// What a cut does not read of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Rest {
-    Exact { axis: [f32; 3], cos: f32, epsilon: f32 },
-    Coded { axis: NormalRecord, width: u8, epsilon: u8, quantum: f32 },
+    Exact { axis: [f32; 3], cos: f32, epsilon: f32, plane: PlaneRecord },
+    Coded { axis: NormalRecord, width: u8, epsilon: u8, quantum: f32, plane: PlaneRecord },
 }
 
 impl Node {
@@ -38,6 +39,7 @@ impl Node {
                 axis: unpack(record.axis),
                 cos: record.cos.get(),
                 epsilon: record.epsilon.get(),
+                plane: record.plane,
             },
         }
     }
@@ -53,7 +55,13 @@ impl Node {
             radius: quantum * f32::from(record.radius),
             bound: record.bound.get(),
             budget: record.budget.get(),
-            rest: Rest::Coded { axis: record.axis, width: record.width, epsilon: record.epsilon, quantum },
+            rest: Rest::Coded {
+                axis: record.axis,
+                width: record.width,
+                epsilon: record.epsilon,
+                quantum,
+                plane: record.plane,
+            },
         }
     }
 
@@ -72,6 +80,19 @@ impl Node {
         match self.rest {
             Rest::Exact { cos, .. } => cos,
             Rest::Coded { width, .. } => cosine_of(width),
+        }
+    }
+
+    /// The plane that fits the cluster best: its unit normal, and how high it lies along that above the first corner of
+    /// the cluster's first face. Rounded, and good for choosing between triangulations.
+    pub fn plane(&self) -> ([f64; 3], f64) {
+        match self.rest {
+            Rest::Exact { axis, cos, plane, .. } => {
+                plane.decode((axis.map(f64::from), f64::from(cos)), self.bound)
+            }
+            Rest::Coded { axis, width, plane, .. } => {
+                plane.decode((axis.direction(), f64::from(cosine_of(width))), self.bound)
+            }
         }
     }
 

@@ -6,6 +6,7 @@ use zerocopy::little_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
 use crate::octahedral::{FineNormalRecord, NormalRecord};
+use crate::plane::PlaneRecord;
 use crate::short_float::ShortFloat;
 
 /// Set in a vertex index that is the last of its loop, where loops are handed to the packer.
@@ -51,7 +52,7 @@ pub const fn unpack(v: [F32; 3]) -> [f32; 3] {
     [x.get(), y.get(), z.get()]
 }
 
-/// A node above the pages, with all its digits. 64 bytes.
+/// A node above the pages, with all its digits. 68 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 pub struct TopRecord {
@@ -83,6 +84,10 @@ pub struct TopRecord {
     pub loop_start: U32,
     /// One past their last byte; the loops of the next top node begin there.
     pub loop_end: U32,
+    /// The plane that fits the cluster best.
+    pub plane: PlaneRecord,
+    /// Reserved, 0.
+    pub reserved: U16,
 }
 
 /// A subtree of at most [`MAX_PAGE_FACES`] faces, whose nodes, faces and vertices are told in bytes. 40 bytes.
@@ -113,7 +118,7 @@ pub struct PageRecord {
     pub reserved: u8,
 }
 
-/// A node within a page: a cluster of two faces or more. 13 bytes.
+/// A node within a page: a cluster of two faces or more. 15 bytes.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned,
 )]
@@ -135,6 +140,8 @@ pub struct NodeRecord {
     pub epsilon: u8,
     /// The number of faces of the left child; the top bit is a flag in nodes of at most [`SMALL_FACES`] faces.
     pub left_faces: u8,
+    /// The plane that fits the cluster best.
+    pub plane: PlaneRecord,
 }
 
 /// A triangle. 3 bytes.
@@ -147,7 +154,7 @@ pub struct FaceRecord {
     pub vertices: [u8; 3],
 }
 
-/// A vertex and its activity record. 24 bytes.
+/// A vertex and its activity record. 27 bytes.
 ///
 /// A vertex is active when its key passes the same test that refines nodes.
 /// A key of +inf: always active. A key of 0: needed by no split.
@@ -164,8 +171,9 @@ pub struct VertexRecord {
     pub radius: ShortFloat,
     /// The centre of that sphere less the position, in 1/128 of the radius.
     pub offset: [i8; 3],
-    /// Where to draw the vertex at a tolerance of its budget key, less the position, in 1/128 of that key.
-    pub displacement: [i8; 3],
+    /// Where to draw the vertex at tolerances of 0.7 and 0.35 of its budget key, less the position, in 1/256 of that
+    /// key; see [`VertexRecord::displaced`].
+    pub displacement: [[i8; 3]; 2],
 }
 
 impl VertexRecord {
@@ -193,7 +201,11 @@ impl VertexRecord {
         let step = f64::from(self.radius.get()) / 128.0;
         let [x, y, z] = self.position();
         let [i, j, k] = self.offset;
-        [f64::from(x) + step * f64::from(i), f64::from(y) + step * f64::from(j), f64::from(z) + step * f64::from(k)]
+        [
+            f64::from(x) + step * f64::from(i),
+            f64::from(y) + step * f64::from(j),
+            f64::from(z) + step * f64::from(k),
+        ]
     }
 
     /// Radius of the sphere.
@@ -252,10 +264,10 @@ pub struct GroupRecord {
 }
 
 // The sizes are the format: SPEC.md quotes them.
-const _: () = assert!(size_of::<TopRecord>() == 64);
+const _: () = assert!(size_of::<TopRecord>() == 68);
 const _: () = assert!(size_of::<PageRecord>() == 40);
-const _: () = assert!(size_of::<NodeRecord>() == 13);
-const _: () = assert!(size_of::<VertexRecord>() == 24);
+const _: () = assert!(size_of::<NodeRecord>() == 15);
+const _: () = assert!(size_of::<VertexRecord>() == 27);
 const _: () = assert!(size_of::<FaceRecord>() == 3);
 const _: () = assert!(size_of::<WeldRecord>() == 8);
 const _: () = assert!(size_of::<BoundingPolygonRecord>() == 28);

@@ -149,7 +149,8 @@ impl<'a> Reader<'a> {
         let (page, node) = self.page_node(page_index, record, subtree)?;
         let faces = subtree.face_count();
         let stores = stores_loops(node, faces);
-        let left_faces = u32::from(if faces <= SMALL_FACES { node.left_faces & !STORES_LOOPS } else { node.left_faces });
+        let left_faces =
+            u32::from(if faces <= SMALL_FACES { node.left_faces & !STORES_LOOPS } else { node.left_faces });
         if left_faces == 0 || left_faces >= faces {
             return Err(Violation::new(
                 Rule::FaceRange,
@@ -181,7 +182,11 @@ impl<'a> Reader<'a> {
             child: child_of(subtree, left_faces, faces.saturating_sub(left_faces), split),
             first_face: split,
             face_end: subtree.face_end,
-            place: Place::Page { page: page_index, record: record.saturating_add(left_faces), loops: right_loops },
+            place: Place::Page {
+                page: page_index,
+                record: record.saturating_add(left_faces),
+                loops: right_loops,
+            },
         };
         Ok([left, right])
     }
@@ -223,8 +228,12 @@ impl<'a> Reader<'a> {
                     ),
                 ));
             }
-            *slot =
-                Subtree { child: child_of(subtree, node, faces, first), first_face: first, face_end: end, place };
+            *slot = Subtree {
+                child: child_of(subtree, node, faces, first),
+                first_face: first,
+                face_end: end,
+                place,
+            };
         }
         Ok(children)
     }
@@ -394,9 +403,7 @@ impl<'a> Reader<'a> {
         let first = page.first_loop.get();
         let end = first.saturating_add(u32::from(page.loop_bytes.get()));
         let range = to_index(first.saturating_add(from)).zip(to_index(end));
-        range
-            .and_then(|(start, end)| self.loops.get(start..end))
-            .ok_or_else(|| loops_do_not_end(subtree))
+        range.and_then(|(start, end)| self.loops.get(start..end)).ok_or_else(|| loops_do_not_end(subtree))
     }
 
     /// The faces of a subtree of a page that owns them.
@@ -410,7 +417,8 @@ impl<'a> Reader<'a> {
     #[inline]
     fn locals(&self, page: &PageRecord, subtree: &Subtree) -> Result<Locals<'a>, Broken> {
         let first = to_index(page.first_link.get());
-        let links = first.and_then(|first| self.links.get(first..first.checked_add(usize::from(page.links.get()))?));
+        let links =
+            first.and_then(|first| self.links.get(first..first.checked_add(usize::from(page.links.get()))?));
         let Some(links) = links else {
             return Err(Violation::new(
                 Rule::VertexIndex,
@@ -527,7 +535,11 @@ fn name_of(child: u32) -> String {
 
 #[cold]
 fn loops_do_not_end(subtree: &Subtree) -> Broken {
-    Violation::new(Rule::LoopRange, subtree.to_string(), "its loops leave their section or do not end".to_owned())
+    Violation::new(
+        Rule::LoopRange,
+        subtree.to_string(),
+        "its loops leave their section or do not end".to_owned(),
+    )
 }
 
 #[cold]
@@ -540,7 +552,9 @@ impl std::fmt::Display for Subtree {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (self.child.kind(), self.place) {
             (Child::Face(face), _) => write!(f, "section FACE, face {face}"),
-            (Child::Node(node), Place::Top { record }) => write!(f, "node {node} (section TOPN, record {record})"),
+            (Child::Node(node), Place::Top { record }) => {
+                write!(f, "node {node} (section TOPN, record {record})")
+            }
             (Child::Node(node), Place::Page { page, record, .. }) => {
                 write!(f, "node {node} (section NODE, record {record}, page {page})")
             }

@@ -47,6 +47,10 @@ pub struct ClusterData {
     pub cos: f32,
     /// Mean square distance of the cluster from its plane (length squared).
     pub epsilon: f32,
+    /// Unit normal of that plane; zero if there is none.
+    pub plane: [f32; 3],
+    /// `plane . x` for its points x.
+    pub offset: f64,
 }
 
 /// A tree of clusters as its builder has it: nodes in preorder, faces in tree order, vertices in order of first use.
@@ -144,8 +148,10 @@ impl Packed {
     }
 
     fn append(&mut self, run: Self) -> Result<(), PackError> {
-        let links = u32::try_from(self.links.len()).map_err(|_too_long| PackError::TooLong("section LINK"))?;
-        let loops = u32::try_from(self.loops.len()).map_err(|_too_long| PackError::TooLong("section LOOP"))?;
+        let links =
+            u32::try_from(self.links.len()).map_err(|_too_long| PackError::TooLong("section LINK"))?;
+        let loops =
+            u32::try_from(self.loops.len()).map_err(|_too_long| PackError::TooLong("section LOOP"))?;
         let shifted = |x: U32, by: u32, section| {
             x.get().checked_add(by).map(U32::new).ok_or(PackError::TooLong(section))
         };

@@ -2,8 +2,10 @@
 
 use super::loops::{Stored, page_loops};
 use super::plan::PlannedPage;
-use super::{ClusterData, Clusters, Packed, PackError, cone, error_code, spheres};
+use super::{ClusterData, Clusters, PackError, Packed, cone, error_code, spheres};
+use crate::node::cosine_of;
 use crate::octahedral::NormalRecord;
+use crate::plane::PlaneRecord;
 use crate::records::{FaceRecord, NodeRecord, PageRecord, SMALL_FACES, STORES_LOOPS, pack};
 use crate::short_float::ShortFloat;
 use zerocopy::little_endian::U32;
@@ -94,23 +96,38 @@ impl Packer {
         let grid = spheres::nest(&self.data, &self.nodes, &corner).ok_or(PackError::Range(page.node))?;
 
         let locals: &[FaceRecord] = &out.faces[first_record..];
-        let (first_link, first_loop) = (offset(out.links.len(), "section LINK")?, offset(out.loops.len(), "section LOOP")?);
+        let (first_link, first_loop) =
+            (offset(out.links.len(), "section LINK")?, offset(out.loops.len(), "section LOOP")?);
         let loops_start = out.loops.len();
-        let stored = page_loops(clusters, page, &self.nodes, &self.data, locals, &names, &mut self.entries, &mut out.loops)?;
+        let stored = page_loops(
+            clusters,
+            page,
+            &self.nodes,
+            &self.data,
+            locals,
+            &names,
+            &mut self.entries,
+            &mut out.loops,
+        )?;
 
         for (index, (data, place)) in self.data.iter().zip(&self.nodes).enumerate() {
             let ball = grid.balls[index];
             let axis = NormalRecord::encode(data.axis);
             let flag = place.faces <= SMALL_FACES as usize && stored[index] == Stored::Yes;
+            let width = cone::width(data.axis, data.cos, axis);
+            let around = (axis.direction(), f64::from(cosine_of(width)));
+            let bound = ShortFloat::up(f64::from(data.bound));
+            let first = clusters.position(faces[place.first][0]);
             out.nodes.push(NodeRecord {
                 center: ball.center.map(|c| c as u8),
                 radius: ball.radius as u8,
-                bound: ShortFloat::up(f64::from(data.bound)),
+                bound,
                 budget: ShortFloat::up(f64::from(data.budget)),
                 axis,
-                width: cone::width(data.axis, data.cos, axis),
+                width,
                 epsilon: error_code::encode(f64::from(data.epsilon), f64::from(grid.quantum)),
                 left_faces: place.left as u8 | if flag { STORES_LOOPS } else { 0 },
+                plane: PlaneRecord::encode(data.plane, data.offset, first, around, bound.get()),
             });
         }
         out.pages.push(PageRecord {
@@ -144,7 +161,9 @@ impl Packer {
             let left = clusters.left_faces(node) as usize;
             let Place { first, faces, .. } = self.nodes[index];
             if left == 0 || left >= faces {
-                return Err(PackError::NoTree(format!("node {node} has {left} of {faces} faces on the left")));
+                return Err(PackError::NoTree(format!(
+                    "node {node} has {left} of {faces} faces on the left"
+                )));
             }
             self.nodes[index].left = left;
             if left > 1 {

@@ -2,8 +2,9 @@
 
 use super::loops::encode_top;
 use super::page::offset;
-use super::{Clusters, Packed, PackError, Plan};
+use super::{Clusters, PackError, Packed, Plan};
 use crate::node::Node;
+use crate::plane::PlaneRecord;
 use crate::records::{PAGE_BIT, TopRecord, pack as stored};
 use crate::short_float::single_up;
 
@@ -35,6 +36,8 @@ pub(super) fn pack(clusters: &impl Clusters, plan: &Plan, out: &mut Packed) -> R
             return Err(PackError::Range(planned.node));
         }
         let [left, right] = planned.children;
+        let around = (data.axis.map(f64::from), f64::from(data.cos));
+        let first = clusters.position(clusters.faces()[planned.first_face as usize][0]);
         out.tops[index] = TopRecord {
             center: stored(center),
             radius: radius.into(),
@@ -46,6 +49,7 @@ pub(super) fn pack(clusters: &impl Clusters, plan: &Plan, out: &mut Packed) -> R
             left: left.into(),
             right: right.into(),
             first_face: planned.first_face.into(),
+            plane: PlaneRecord::encode(data.plane, data.offset, first, around, bound),
             ..TopRecord::default()
         };
     }
