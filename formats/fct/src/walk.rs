@@ -341,6 +341,14 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// A face by its index. Where pages do not ascend, some face or none.
+    pub(crate) fn single(&self, face: u32) -> Subtree {
+        let page = self.pages.partition_point(|p| p.first_face.get() <= face).saturating_sub(1);
+        let page = u32::try_from(page).unwrap_or(u32::MAX);
+        let place = Place::Page { page, record: 0, loops: 0 };
+        Subtree { child: ChildRef::face(face), first_face: face, face_end: face.saturating_add(1), place }
+    }
+
     fn top(&self, record: u32) -> Result<&'a TopRecord, Broken> {
         to_index(record).and_then(|i| self.tops.get(i)).ok_or_else(|| {
             Violation::new(

@@ -14,7 +14,7 @@ fn refusal(bytes: &[u8]) -> Option<Rule> {
 
 #[test]
 fn every_truncation_is_refused_on_opening() {
-    let bytes = Sample::patches(3, 2).bytes();
+    let bytes = Sample::patches(3, 2, 6).bytes();
     for len in 0..bytes.len() {
         let error = Tree::from_bytes(bytes[..len].to_vec()).unwrap_err();
         let rule = error.rule().unwrap();
@@ -26,7 +26,7 @@ fn every_truncation_is_refused_on_opening() {
 
 #[test]
 fn an_appended_byte_is_refused_on_opening() {
-    let mut bytes = Sample::patches(3, 2).bytes();
+    let mut bytes = Sample::patches(3, 2, 6).bytes();
     for appended in [0, 1, 0xFF] {
         bytes.push(appended);
         let error = Tree::from_bytes(bytes.clone()).unwrap_err();
@@ -37,7 +37,7 @@ fn an_appended_byte_is_refused_on_opening() {
 
 #[test]
 fn every_flipped_bit_is_found() {
-    let mut bytes = Sample::patches(2, 2).bytes();
+    let mut bytes = Sample::patches(2, 2, 10).bytes();
     assert_eq!(refusal(&bytes), None);
     for at in 0..bytes.len() {
         for bit in 0..8 {
@@ -51,7 +51,7 @@ fn every_flipped_bit_is_found() {
 #[test]
 fn every_flipped_bit_of_header_and_table_is_found_on_opening() {
     let mut bytes = Sample::fan(3, Split::Halves).bytes();
-    let table_end = 128 + 64 * 5;
+    let table_end = 128 + 64 * 9;
     for at in 0..table_end {
         for bit in 0..8 {
             bytes[at] ^= 1 << bit;
@@ -63,7 +63,7 @@ fn every_flipped_bit_of_header_and_table_is_found_on_opening() {
 
 #[test]
 fn swapped_and_zeroed_sectors_are_found() {
-    let bytes = Sample::patches(4, 3).bytes();
+    let bytes = Sample::patches(4, 3, 24).bytes();
     for start in (0..bytes.len()).step_by(512) {
         let end = (start + 512).min(bytes.len());
         let mut zeroed = bytes.clone();

@@ -6,13 +6,15 @@ mod sample;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use fct::{Child, Rule, Tree};
+use fct::{Child, F32, Loops, NormalRecord, Rule, ShortFloat, Tree, pack};
 use sample::{Sample, Split, rehash, rehash_header, section};
 
 /// A way to break a file.
 enum Break {
     /// Before writing: all hashes come out right.
     Data(fn(&mut Sample)),
+    /// Before packing.
+    Plain(fn(&mut Sample)),
     /// After writing: hashes are made right again.
     Bytes(fn(&mut Vec<u8>)),
     /// After writing, and header and table hash made right again, the others not.
@@ -20,17 +22,21 @@ enum Break {
     /// After writing, and nothing made right.
     Raw(fn(&mut Vec<u8>)),
 }
-use Break::{Bytes, Data, Header, Raw};
+use Break::{Bytes, Data, Header, Plain, Raw};
 
 impl Break {
     fn apply(&self, sample: &Sample) -> Vec<u8> {
         let mut sample = sample.clone();
+        if let Plain(edit) = self {
+            edit(&mut sample);
+            sample.pack();
+        }
         if let Data(edit) = self {
             edit(&mut sample);
         }
         let mut bytes = sample.bytes();
         match self {
-            Data(_) => {}
+            Data(_) | Plain(_) => {}
             Bytes(edit) => {
                 edit(&mut bytes);
                 rehash(&mut bytes);
@@ -57,12 +63,21 @@ fn put_entry(bytes: &mut [u8], tag: &[u8; 4], at: usize, value: &[u8]) {
 
 const NAN: f32 = f32::NAN;
 
+const SHORT_NAN: ShortFloat = ShortFloat::from_bits(0x7FC0);
+
+fn short(x: f64) -> ShortFloat {
+    ShortFloat::up(x)
+}
+
+/// Set in a child of a top node that is a page.
+const PAGE: u32 = 1 << 31;
+
 /// Each rule of the format with ways to break it.
 const BREAKS: &[(Rule, &[Break])] = &[
     (Rule::Signature, &[Raw(|b| b[0] = 0), Bytes(|b| b[7] = 0)]),
     (Rule::TooShort, &[Raw(|b| b.truncate(127))]),
     (Rule::ByteOrder, &[Bytes(|b| b[12] = 0)]),
-    (Rule::Version, &[Bytes(|b| b[8] = 1), Bytes(|b| b[10] = 2)]),
+    (Rule::Version, &[Bytes(|b| b[8] = 2), Bytes(|b| b[8] = 0)]),
     (Rule::FileLength, &[Bytes(|b| b[16] ^= 1), Bytes(|b| put(b, 16, &[0xFF; 8]))]),
     (Rule::Features, &[Bytes(|b| b[31] = 0x80)]),
     (Rule::HeaderHash, &[Raw(|b| b[96] ^= 1), Raw(|b| b[120] ^= 1)]),
@@ -73,7 +88,7 @@ const BREAKS: &[(Rule, &[Break])] = &[
             Bytes(|b| put_entry(b, b"NODE", 4, &[3])),
             Bytes(|b| put_entry(b, b"NODE", 30, &[1])),
             Bytes(|b| put_entry(b, b"NODE", 63, &[1])),
-            Data(|s| s.bounding_polygons[1].flags = 1.into()),
+            Data(|s| s.packed.pages[1].reserved = 1),
         ],
     ),
     (
@@ -94,7 +109,7 @@ const BREAKS: &[(Rule, &[Break])] = &[
         &[
             Header(|b| put_entry(b, b"NODE", 8, &[0xFF; 8])),
             Header(|b| put_entry(b, b"NODE", 9, &[0])),
-            Header(|b| put_entry(b, b"NODE", 28, &[6])),
+            Header(|b| put_entry(b, b"NODE", 28, &[5])),
             Header(|b| put_entry(b, b"NODE", 28, &[63])),
             Header(|b| put_entry(b, b"NODE", 28, &[200])),
             // An overlap: vertices where the nodes are.
@@ -104,8 +119,8 @@ const BREAKS: &[(Rule, &[Break])] = &[
             }),
             // A length that wraps, of a section that agrees with itself.
             Header(|b| {
-                let count = 0x0FFF_FFFF_FFFF_FF00_u64 >> 2;
-                put_entry(b, b"LOOP", 16, &(count * 4).to_le_bytes());
+                let count = u64::MAX - 4096;
+                put_entry(b, b"LOOP", 16, &count.to_le_bytes());
                 put_entry(b, b"LOOP", 32, &count.to_le_bytes());
             }),
             // A hole at the end of the file.
@@ -124,15 +139,16 @@ const BREAKS: &[(Rule, &[Break])] = &[
             Header(|b| put_entry(b, b"NODE", 32, &[1])),
             // 2^58 nodes of 64 bytes: the product wraps to 0.
             Header(|b| {
-                put_entry(b, b"NODE", 16, &[0; 8]);
-                put_entry(b, b"NODE", 32, &(1_u64 << 58).to_le_bytes());
+                put_entry(b, b"TOPN", 16, &[0; 8]);
+                put_entry(b, b"TOPN", 32, &(1_u64 << 58).to_le_bytes());
             }),
         ],
     ),
     (
         Rule::SectionTag,
         &[Header(|b| {
-            put_entry(b, b"COLR", 0, b"NORM");
+            put_entry(b, b"LINK", 4, &[0]);
+            put_entry(b, b"LINK", 0, b"COLR");
         })],
     ),
     (
@@ -192,91 +208,115 @@ const BREAKS: &[(Rule, &[Break])] = &[
     (
         Rule::ChildPlace,
         &[
-            // A cycle, a way up, a shared child, out of range, and kinds exchanged.
-            Data(|s| s.nodes[3].left = 3.into()),
-            Data(|s| s.nodes[3].left = 0.into()),
-            Data(|s| s.nodes[1].left = s.nodes[0].right),
-            Data(|s| s.nodes[0].left = 2.into()),
-            Data(|s| s.nodes[0].right = 0x7FFF_FFFF.into()),
-            Data(|s| s.nodes[0].left = (1 << 31).into()),
+            // A cycle, a shared child, out of range, kinds exchanged, and a page that is too small.
+            Data(|s| s.packed.tops[0].left = 0.into()),
+            Data(|s| s.packed.tops[0].left = 2.into()),
+            Data(|s| s.packed.tops[0].right = 0x7FFF_FFFF.into()),
+            Data(|s| s.packed.tops[0].right = u32::MAX.into()),
+            Data(|s| s.packed.tops[1].left = (PAGE | 1).into()),
+            Data(|s| s.packed.tops[1].left = 2.into()),
+            Data(|s| s.packed.tops[0].left = PAGE.into()),
+            // Two nodes exchanged, and their parent told.
             Data(|s| {
-                let last = s.nodes.len() - 1;
-                s.nodes[last].left = u32::MAX.into();
+                s.packed.tops.swap(1, 2);
+                s.packed.tops[0].left = 2.into();
+                s.packed.tops[0].right = 1.into();
             }),
         ],
     ),
     (
         Rule::FaceRange,
         &[
-            Data(|s| s.nodes[0].first_face = 1.into()),
-            Data(|s| s.nodes[5].first_face = u32::MAX.into()),
-            Data(|s| {
-                let right = s.nodes[0].right.get() as usize;
-                s.nodes[right].first_face = 0.into();
-            }),
-            Data(|s| s.nodes[0].right = s.nodes[0].left),
+            Data(|s| s.packed.nodes[0].left_faces = 0),
+            Data(|s| s.packed.nodes[0].left_faces = 24),
+            Data(|s| s.packed.nodes[3].left_faces = 0x80),
+            Data(|s| s.packed.nodes[3].left_faces = 0x7F),
+            Data(|s| s.packed.tops[0].right = s.packed.tops[0].left),
+            Data(|s| s.packed.tops[1].right = (PAGE | 3).into()),
+            Data(|s| s.packed.tops[2].first_face = u32::MAX.into()),
         ],
     ),
     (Rule::Depth, &[Data(|s| *s = Sample::fan(200, Split::OneByOne))]),
     (
         Rule::VertexIndex,
         &[
-            Data(|s| s.faces[7].vertices[2] = u32::MAX.into()),
-            Data(|s| s.faces[47].vertices[1] = (s.vertices.len() as u32).into()),
-            Data(|s| s.loops[0] = 0x7FFF_FFFF.into()),
+            Data(|s| s.packed.faces[7].vertices[2] = 255),
+            Data(|s| s.packed.loops[3] = 255),
+            Data(|s| s.packed.top_loops[1] = 0x7E),
             Data(|s| s.weld[0].representative = u32::MAX.into()),
         ],
     ),
     (
         Rule::VertexOrder,
         &[
-            Data(|s| s.faces[0].vertices[0] = 1.into()),
-            Data(|s| {
-                let last = s.vertices[0];
-                s.vertices.push(last);
-                s.normals = None;
-                s.colors = None;
-            }),
+            Data(|s| s.packed.faces[0].vertices.rotate_left(1)),
+            Data(|s| s.packed.faces.swap(0, 1)),
         ],
     ),
     (
         Rule::LoopRange,
         &[
-            Data(|s| s.nodes[0].loop_start = u32::MAX.into()),
-            Data(|s| s.nodes[0].loop_len = u32::MAX.into()),
-            Data(|s| s.nodes[4].loop_len = (s.nodes[4].loop_len.get() - 1).into()),
+            Data(|s| s.packed.tops[1].loop_start = u32::MAX.into()),
+            Data(|s| s.packed.tops[2].loop_end = u32::MAX.into()),
+            Data(|s| {
+                let last = s.packed.top_loops.len() - 1;
+                s.packed.top_loops[last] = 0xFF;
+            }),
+            // A loop of nothing after another one.
+            Data(|s| s.packed.loops[2] = 0),
         ],
     ),
     (
         Rule::LoopCover,
         &[
-            Data(|s| s.loops.push(fct::LOOP_END.into())),
-            // The virtual root and the patch below it share the patch's rim.
-            Data(|s| s.nodes[1].loop_start = s.nodes[0].loop_start),
+            Data(|s| s.packed.loops.push(0)),
+            Data(|s| {
+                s.packed.loops.push(0);
+                let last = s.packed.pages.last_mut().unwrap();
+                last.loop_bytes = (last.loop_bytes.get() + 1).into();
+            }),
+            // The way to the right child is wrong.
+            Data(|s| s.packed.loops[0] ^= 1),
+            Data(|s| s.packed.tops[2].loop_start = 0.into()),
+            Data(|s| s.packed.top_loops.push(0)),
+            // A small node whose parent says that there are no loops below.
+            Data(|s| {
+                *s = Sample::fan(8, Split::Halves);
+                s.packed.nodes[1].left_faces |= 0x80;
+            }),
         ],
     ),
     (
         Rule::LoopBoundary,
         &[
-            Data(|s| {
-                let start = s.nodes[4].loop_start.get() as usize;
-                s.loops.swap(start, start + 1);
+            Data(|s| s.packed.loops.swap(3, 4)),
+            // A node that is drawn without its loops, in a page and above.
+            Plain(|s| s.plain.boundaries[3].clear()),
+            Plain(|s| s.plain.boundaries[1].clear()),
+            // The other way round.
+            Plain(|s| {
+                let rim = &mut s.plain.boundaries[1];
+                let last = rim.len() - 1;
+                rim[last] &= !fct::LOOP_END;
+                rim.reverse();
+                rim[last] |= fct::LOOP_END;
             }),
-            Data(|s| {
-                let start = s.nodes[4].loop_start.get() as usize;
-                s.loops[start] = (s.loops[start].get() | fct::LOOP_END).into();
+            // A small node that stores loops which are not its own.
+            Plain(|s| {
+                let small = s.plain.boundaries.iter().rposition(|b| b.len() == 4).unwrap();
+                s.plain.boundaries[small].swap(1, 2);
             }),
-            // A node that is drawn without its loops.
+            // Two faces that touch in a vertex: their loops are not to be told from the faces.
             Data(|s| {
-                let last = s.nodes.len() - 1;
-                let dropped = s.nodes[last].loop_len.get() as usize;
-                let start = s.nodes[last].loop_start.get() as usize;
-                s.nodes[last].loop_len = 0.into();
-                s.loops.drain(start..start + dropped);
-                for node in &mut s.nodes {
-                    if node.loop_start.get() as usize > start {
-                        node.loop_start = (node.loop_start.get() - dropped as u32).into();
-                    }
+                *s = Sample::fan(4, Split::Halves);
+                let [a, b, c] = [[0, 1, 2], [0, 3, 4], [0, 2, 3]];
+                s.plain.faces[..3].copy_from_slice(&[a, b, c]);
+                s.pack();
+                assert!(!s.packed.loops.is_empty(), "a packer stores such loops");
+                s.packed.loops.clear();
+                s.packed.pages[0].loop_bytes = 0.into();
+                for node in &mut s.packed.nodes {
+                    node.left_faces &= 0x7F;
                 }
             }),
         ],
@@ -296,7 +336,7 @@ const BREAKS: &[(Rule, &[Break])] = &[
             Data(|s| s.weld[0].representative = 0.into()),
             Data(|s| {
                 let copy = s.weld[2].vertex.get() as usize;
-                s.vertices[copy].budget = 3.0.into();
+                s.vertices[copy].budget = short(3.0);
             }),
         ],
     ),
@@ -320,7 +360,7 @@ const BREAKS: &[(Rule, &[Break])] = &[
             // Nested: the whole and a part of it.
             Data(|s| {
                 s.groups[0].root = 0.into();
-                s.groups[0].face_count = 48.into();
+                s.groups[0].face_count = 96.into();
             }),
         ],
     ),
@@ -340,89 +380,160 @@ const BREAKS: &[(Rule, &[Break])] = &[
         ],
     ),
     (
+        Rule::PageRange,
+        &[
+            Data(|s| s.packed.pages[1].first_face = 0.into()),
+            Data(|s| s.packed.pages[2].first_vertex = u32::MAX.into()),
+            Data(|s| s.packed.pages[1].first_link = 1.into()),
+            Data(|s| s.packed.pages[3].first_loop = 0.into()),
+            Data(|s| s.packed.pages[1].faces = 0),
+            Data(|s| s.packed.pages[1].faces = 254),
+            Data(|s| s.packed.pages[1].own_vertices = 300.into()),
+            Data(|s| s.packed.pages[3].links = 200.into()),
+            Data(|s| {
+                let last = s.vertices[0];
+                s.vertices.push(last);
+                s.normals = None;
+                s.colors = None;
+            }),
+        ],
+    ),
+    (
+        Rule::LinkOrder,
+        &[
+            Data(|s| s.packed.links.swap(0, 1)),
+            Data(|s| s.packed.links[1] = s.packed.links[0]),
+            Data(|s| *s.packed.links.last_mut().unwrap() = u32::MAX.into()),
+            // A link that no face uses.
+            Data(|s| {
+                let last = s.packed.pages.last().unwrap();
+                let link = (last.own_vertices.get() + last.links.get() - 1) as u8;
+                let first = last.first_face.get() as usize;
+                let corners = s.packed.faces[first..].iter_mut().flat_map(|f| &mut f.vertices);
+                corners.filter(|v| **v == link).for_each(|v| *v = 0);
+            }),
+        ],
+    ),
+    (
         Rule::Finite,
         &[
-            Data(|s| s.nodes[3].center[1] = NAN.into()),
-            Data(|s| s.nodes[3].radius = f32::INFINITY.into()),
-            Data(|s| s.nodes[3].bound = NAN.into()),
-            Data(|s| s.nodes[3].budget = NAN.into()),
-            Data(|s| s.nodes[3].epsilon = f32::INFINITY.into()),
+            Data(|s| s.packed.tops[1].center[1] = NAN.into()),
+            Data(|s| s.packed.tops[1].radius = f32::INFINITY.into()),
+            Data(|s| s.packed.tops[1].bound = NAN.into()),
+            Data(|s| s.packed.tops[1].budget = NAN.into()),
+            Data(|s| s.packed.tops[1].epsilon = f32::INFINITY.into()),
+            Data(|s| s.packed.nodes[3].bound = SHORT_NAN),
+            Data(|s| s.packed.nodes[3].budget = SHORT_NAN),
             Data(|s| s.vertices[3].position[0] = f32::NEG_INFINITY.into()),
-            Data(|s| s.vertices[3].center[0] = NAN.into()),
-            Data(|s| s.vertices[3].radius = NAN.into()),
-            Data(|s| s.vertices[3].bound = NAN.into()),
-            Data(|s| s.bounding_polygons[0].support[7] = NAN.into()),
-            Data(|s| s.bounding_polygons[0].origin[0] = NAN.into()),
-            Data(|s| s.bounding_polygons[0].low = 100.0.into()),
+            Data(|s| s.vertices[3].radius = SHORT_NAN),
+            Data(|s| s.vertices[3].radius = ShortFloat::INFINITY),
+            Data(|s| s.vertices[3].bound = SHORT_NAN),
+            Data(|s| s.bounding_polygons[0].support[7] = SHORT_NAN),
+            Data(|s| s.bounding_polygons[0].low = short(100.0)),
         ],
     ),
     (
         Rule::NotNegative,
         &[
-            Data(|s| s.nodes[3].radius = (-1.0).into()),
-            Data(|s| s.nodes[3].bound = (-1.0).into()),
-            Data(|s| s.nodes[3].budget = f32::NEG_INFINITY.into()),
-            Data(|s| s.nodes[3].epsilon = (-1e-30).into()),
-            Data(|s| s.vertices[0].radius = (-1.0).into()),
-            Data(|s| s.vertices[0].budget = (-1.0).into()),
+            Data(|s| s.packed.tops[1].radius = (-1.0).into()),
+            Data(|s| s.packed.tops[1].bound = (-1.0).into()),
+            Data(|s| s.packed.tops[1].budget = f32::NEG_INFINITY.into()),
+            Data(|s| s.packed.tops[1].epsilon = (-1e-30).into()),
+            Data(|s| s.packed.nodes[3].bound = short(-1.0)),
+            Data(|s| s.packed.nodes[3].budget = short(-1e-30)),
+            Data(|s| s.vertices[0].radius = short(-1.0)),
+            Data(|s| s.vertices[0].budget = short(-1.0)),
         ],
     ),
     (
         Rule::UnitVector,
         &[
-            Data(|s| s.nodes[3].axis = fct::pack([0.0; 3])),
-            Data(|s| s.nodes[3].axis = fct::pack([NAN, 0.0, 1.0])),
-            Data(|s| s.bounding_polygons[0].normal = fct::pack([0.0, 0.0, 1.001])),
-            Data(|s| s.bounding_polygons[0].tangent = s.bounding_polygons[0].normal),
+            Data(|s| s.packed.tops[1].axis = pack([0.0; 3])),
+            Data(|s| s.packed.tops[1].axis = pack([NAN, 0.0, 1.0])),
+            Data(|s| s.packed.tops[1].axis = pack([0.0, 0.0, 1.001])),
         ],
     ),
-    (Rule::Cosine, &[Data(|s| s.nodes[3].cos = 1.0001.into()), Data(|s| s.nodes[3].cos = NAN.into())]),
+    (
+        Rule::Cosine,
+        &[Data(|s| s.packed.tops[1].cos = 1.0001.into()), Data(|s| s.packed.tops[1].cos = NAN.into())],
+    ),
     (
         Rule::KeyOrder,
-        &[Data(|s| s.nodes[3].bound = f32::INFINITY.into()), Data(|s| s.nodes[3].budget = 1e9.into())],
+        &[
+            Data(|s| s.packed.nodes[3].bound = ShortFloat::INFINITY),
+            Data(|s| s.packed.nodes[3].budget = short(1e9)),
+            Data(|s| s.packed.tops[1].bound = 20.0.into()),
+        ],
+    ),
+    (
+        Rule::Grid,
+        &[
+            Data(|s| s.packed.pages[0].quantum = 0.0.into()),
+            Data(|s| s.packed.pages[0].quantum = NAN.into()),
+            Data(|s| s.packed.pages[1].quantum = (-0.5).into()),
+            Data(|s| s.packed.pages[1].quantum = f32::INFINITY.into()),
+            Data(|s| s.packed.pages[1].quantum = 0.75.into()),
+            Data(|s| s.packed.pages[0].origin[2] = NAN.into()),
+            Data(|s| s.packed.pages[0].origin[0] = f32::MAX.into()),
+            // Half a step off.
+            Data(|s| {
+                let page = &mut s.packed.pages[0];
+                page.origin[1] = (page.origin[1].get() + 0.5 * page.quantum.get()).into();
+            }),
+        ],
     ),
     (
         Rule::SphereNested,
         &[
-            Data(|s| s.nodes[3].radius = (s.nodes[0].radius.get() * 1.01).into()),
-            Data(|s| s.nodes[3].center[0] = (s.nodes[3].center[0].get() + 0.2).into()),
+            Data(|s| s.packed.nodes[3].radius = 255),
+            Data(|s| s.packed.nodes[3].center[0] ^= 0x40),
+            Data(|s| {
+                // A single step too little.
+                let radius = s.packed.tops[1].radius.get();
+                s.packed.tops[1].radius = F32::new(radius * 0.999);
+            }),
         ],
     ),
     (
         Rule::SphereHolds,
         &[Data(|s| {
-            let last = s.nodes.len() - 1;
-            s.nodes[last].radius = 0.1.into();
+            let last = s.packed.nodes.len() - 1;
+            s.packed.nodes[last].radius = 1;
         })],
     ),
     (
         Rule::ConeHolds,
-        &[Data(|s| s.nodes[30].axis = fct::pack([0.0, 0.0, -1.0])), Data(|s| s.nodes[0].cos = 1.0.into())],
+        &[
+            Data(|s| s.packed.nodes[30].axis = NormalRecord::encode([0.0, 0.0, -1.0])),
+            Data(|s| s.packed.nodes[0].width = 0),
+            Data(|s| s.packed.tops[1].cos = 1.0.into()),
+        ],
     ),
     (
         Rule::PolygonHolds,
         &[
-            Data(|s| s.bounding_polygons[1].high = (s.bounding_polygons[1].high.get() - 0.01).into()),
+            Data(|s| s.bounding_polygons[1].high = short(f64::from(s.bounding_polygons[1].high.get()) - 0.1)),
             Data(|s| {
-                s.bounding_polygons[1].support[3] = (s.bounding_polygons[1].support[3].get() - 0.01).into()
+                let support = &mut s.bounding_polygons[1].support[3];
+                *support = short(f64::from(support.get()) * 0.9);
             }),
-            Data(|s| s.bounding_polygons[0].tangent = fct::pack([-1.0, 0.0, 0.0])),
+            Data(|s| s.bounding_polygons[0].normal.uv[0] = 9999.into()),
         ],
     ),
     (
         Rule::VertexActive,
         &[
-            Data(|s| s.vertices[0].bound = 0.0.into()),
-            Data(|s| s.vertices[1].budget = 0.5.into()),
-            Data(|s| s.vertices[0].radius = 0.01.into()),
-            Data(|s| s.vertices[0].center = fct::pack([1e6, 0.0, 0.0])),
+            Data(|s| s.vertices[0].bound = ShortFloat::ZERO),
+            Data(|s| s.vertices[1].budget = short(0.5)),
+            Data(|s| s.vertices[0].radius = short(0.01)),
+            Data(|s| s.vertices[0].offset = [127; 3]),
         ],
     ),
 ];
 
 #[test]
 fn every_rule_is_told_by_its_name_when_broken() {
-    let sample = Sample::patches(4, 3);
+    let sample = Sample::patches(6, 4, 24);
     sample.tree().verify().unwrap();
     for (rule, breaks) in BREAKS {
         for (number, way) in breaks.iter().enumerate() {
@@ -440,7 +551,7 @@ fn every_rule_is_told_by_its_name_when_broken() {
 
 #[test]
 fn sections_that_need_not_be_understood_are_ignored() {
-    let sample = Sample::patches(4, 3);
+    let sample = Sample::patches(4, 3, 24);
     let mut bytes = sample.bytes();
     put_entry(&mut bytes, b"COLR", 0, b"XYZ1");
     rehash(&mut bytes);
@@ -477,30 +588,40 @@ const AWKWARD: [u32; 8] = [0, 1, 0x7FFF_FFFF, 0x8000_0000, 0xFFFF_FFFF, 0x7F80_0
 
 /// Uses an unverified tree as a reader would.
 fn walk(tree: &Tree) {
+    let reader = tree.reader();
     let mut stack = vec![tree.whole()];
     let mut steps = 0;
+    let mut loops = Loops::default();
     while let Some(subtree) = stack.pop() {
         steps += 1;
+        if reader.read_loops(&subtree, &mut loops).is_ok() {
+            assert!(loops.vertices.iter().all(|v| (*v as usize) < tree.vertices().len()));
+        }
         match subtree.child.kind() {
-            Child::Face(face) => {
-                let _ = tree.face(face);
+            Child::Face(_) => {
+                if let Ok(corners) = reader.face(&subtree) {
+                    assert!(corners.iter().all(|v| (*v as usize) < tree.vertices().len()));
+                }
             }
             Child::Node(node) => {
-                if let Ok(loops) = tree.loops_of(node) {
-                    loops.for_each(|l| assert!(l.vertices().all(|v| (v as usize) < tree.vertices().len())));
+                if let Ok(node) = reader.node(&subtree) {
+                    let _ = (node.axis(), node.cos(), node.epsilon());
                 }
-                if let Ok(children) = tree.children(node, subtree.face_end) {
+                let _ = tree.bounding_polygon_of(node);
+                if let Ok(children) = reader.children(&subtree) {
                     stack.extend(children);
                 }
             }
         }
-        assert!(steps < 2 * tree.faces().len(), "the walk does not end");
+        assert!(steps < 2 * tree.face_count(), "the walk does not end");
     }
+    let _ = tree.faces();
+    let _ = tree.find(fct::ChildRef::node(tree.header().node_count as u32 / 2));
 }
 
 #[test]
 fn edits_with_right_hashes_never_panic_or_hang() {
-    let whole = Sample::patches(4, 3).bytes();
+    let whole = Sample::patches(6, 4, 24).bytes();
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let start = Instant::now();
     let mut opened = 0;
@@ -508,7 +629,7 @@ fn edits_with_right_hashes_never_panic_or_hang() {
         let mut bytes = whole.clone();
         for _ in 0..=random.below(3) {
             // Half of the edits go to header and table, where few bytes do much.
-            let range = if random.below(2) == 0 { 768 } else { bytes.len() };
+            let range = if random.below(2) == 0 { 1024 } else { bytes.len() };
             let at = 16 + 4 * random.below((range - 16) / 4);
             let value = match random.below(3) {
                 0 => AWKWARD[random.below(AWKWARD.len())],

@@ -66,8 +66,13 @@ fn versions_and_byte_order_say_what_was_found_and_what_is_read() {
     bytes[8] = 9;
     let (error, text) = message_for(&bytes);
     assert_eq!(error.code(), "FC704");
-    assert!(text.contains("version 9.1") && text.contains("reads 0.1"), "{text}");
+    assert!(text.contains("version 9.0") && text.contains("reads 1.0"), "{text}");
     bytes[8] = 0;
+    bytes[10] = 1;
+    let (error, text) = message_for(&bytes);
+    assert_eq!(error.code(), "FC704");
+    assert!(text.contains("version 0.1") && text.contains("build it again from its mesh"), "{text}");
+    bytes[8] = 1;
     bytes[12..16].reverse();
     let (error, text) = message_for(&bytes);
     assert_eq!(error.code(), "FC703");

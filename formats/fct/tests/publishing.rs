@@ -84,7 +84,7 @@ fn a_failure_leaves_the_old_file_and_no_temporary() {
     write(&path, &Sample::fan(3, Split::Halves).data(), &REPLACE).unwrap();
     let before = fs::read(&path).unwrap();
     let mut broken = Sample::fan(4, Split::Halves);
-    broken.nodes.pop();
+    broken.packed.nodes.pop();
     let error = write(&path, &broken.data(), &REPLACE).unwrap_err();
     assert_eq!(error.code(), "FC717");
     assert_eq!(fs::read(&path).unwrap(), before);

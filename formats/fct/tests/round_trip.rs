@@ -2,24 +2,21 @@
 
 mod sample;
 
-use fct::{Child, ChildRef, LOOP_END, Tree, WriteOptions};
+use fct::{Child, ChildRef, SMALL_FACES, Tree, WriteOptions};
 use sample::{Sample, Split};
 
 #[test]
 fn everything_survives() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.fct");
-    let sample = Sample::patches(4, 3);
+    let sample = Sample::patches(4, 3, 24);
     let options = WriteOptions { source_id: 77, ..WriteOptions::default() };
     let written = fct::write(&path, &sample.data(), &options).unwrap();
     let tree = Tree::open(&path).unwrap();
 
-    assert_eq!(tree.root(), sample.root);
     assert_eq!(tree.meta(), &sample.meta);
-    assert_eq!(tree.nodes(), sample.nodes);
     assert_eq!(tree.vertices(), sample.vertices);
-    assert_eq!(tree.faces(), sample.faces);
-    assert_eq!(tree.loops(), sample.loops);
+    assert_eq!(tree.faces().unwrap(), sample.plain.faces);
     assert_eq!(tree.weld(), sample.weld);
     assert_eq!(tree.bounding_polygons(), sample.bounding_polygons);
     assert_eq!(tree.normals(), sample.normals.as_deref());
@@ -35,7 +32,8 @@ fn everything_survives() {
     assert_eq!(verified.faces, 48);
     assert_eq!(verified.nodes, 47);
     assert_eq!(verified.depth, sample.meta.depth);
-    assert_eq!(verified.loop_entries, sample.loops.len() as u64);
+    let drawn = sample.plain.boundaries.iter().skip(1);
+    assert_eq!(verified.loop_entries, drawn.map(|b| b.len() as u64).sum::<u64>());
 }
 
 #[test]
@@ -46,7 +44,7 @@ fn sections_left_out_read_as_nothing() {
     assert_eq!(tree.colors(), None);
     assert!(tree.weld().is_empty() && tree.bounding_polygons().is_empty());
     assert!(tree.groups().is_empty());
-    assert_eq!(tree.sections().len(), 5);
+    assert_eq!(tree.sections().len(), 9);
     tree.verify().unwrap();
 }
 
@@ -54,22 +52,22 @@ fn sections_left_out_read_as_nothing() {
 fn a_single_face_is_a_tree_without_nodes() {
     let tree = Sample::fan(1, Split::Halves).tree();
     assert_eq!(tree.root(), ChildRef::face(0));
-    assert!(tree.nodes().is_empty());
-    assert_eq!(tree.face(0).unwrap(), [0, 1, 2]);
+    assert_eq!(tree.header().node_count, 0);
+    assert_eq!(tree.reader().face(&tree.whole()).unwrap(), [0, 1, 2]);
     assert_eq!(tree.verify().unwrap().depth, 0);
 }
 
 #[test]
 fn two_faces_have_one_node() {
     let tree = Sample::fan(2, Split::Halves).tree();
-    let children = tree.children(0, 2).unwrap();
+    let children = tree.children(&tree.whole()).unwrap();
     assert_eq!(children.map(|c| c.child), [ChildRef::face(0), ChildRef::face(1)]);
     assert_eq!(tree.verify().unwrap().depth, 1);
 }
 
 #[test]
 fn the_same_data_makes_the_same_bytes() {
-    let sample = Sample::patches(3, 2);
+    let sample = Sample::patches(3, 2, 5);
     assert_eq!(sample.bytes(), sample.bytes());
 }
 
@@ -84,13 +82,13 @@ fn the_content_id_tells_the_content_not_the_source() {
     });
     assert_eq!(ids[0], ids[1]);
     let mut other = sample.clone();
-    other.nodes[0].epsilon = 0.5.into();
+    other.packed.nodes[0].epsilon += 1;
     assert_ne!(other.tree().header().content_id, ids[0]);
 }
 
 #[test]
 fn a_walk_by_children_meets_every_node_and_face_once_in_order() {
-    let tree = Sample::patches(5, 4).tree();
+    let tree = Sample::patches(5, 4, 17).tree();
     let (mut nodes, mut faces) = (Vec::new(), Vec::new());
     let mut stack = vec![tree.whole()];
     while let Some(subtree) = stack.pop() {
@@ -98,21 +96,64 @@ fn a_walk_by_children_meets_every_node_and_face_once_in_order() {
             Child::Face(face) => faces.push(face),
             Child::Node(node) => {
                 nodes.push(node);
-                let [left, right] = tree.children(node, subtree.face_end).unwrap();
+                assert_eq!(tree.find(subtree.child).unwrap(), subtree);
+                let [left, right] = tree.children(&subtree).unwrap();
                 assert_eq!(left.face_end, right.first_face);
                 stack.extend([right, left]);
             }
         }
     }
-    assert!(nodes.iter().copied().eq(0..tree.nodes().len() as u32));
-    assert!(faces.iter().copied().eq(0..tree.faces().len() as u32));
+    assert!(nodes.iter().copied().eq(0..tree.header().node_count as u32));
+    assert!(faces.iter().copied().eq(0..tree.face_count() as u32));
+    assert!(tree.find(ChildRef::node(nodes.len() as u32)).is_err());
+    assert!(tree.find(ChildRef::face(faces.len() as u32)).is_err());
+}
+
+/// In pages of every size: what is decoded holds what was packed, and little more.
+#[test]
+fn packing_errs_on_the_safe_side() {
+    for page_faces in [1, 2, 7, 30, 253] {
+        let sample = Sample::patches(7, 5, page_faces);
+        let tree = sample.tree();
+        tree.verify().unwrap_or_else(|e| panic!("pages of {page_faces}: {e}"));
+        let mut stack = vec![tree.whole()];
+        while let Some(subtree) = stack.pop() {
+            let Child::Node(index) = subtree.child.kind() else { continue };
+            let (node, plain) = (tree.node(&subtree).unwrap(), &sample.plain.clusters[index as usize]);
+            for (stored, exact) in [(node.bound, plain.bound), (node.budget, plain.budget)] {
+                assert!(stored >= exact && (stored <= exact * 1.01 || exact == f32::INFINITY));
+            }
+            assert!(node.cos() <= plain.cos && node.cos() > plain.cos - 0.02);
+            assert!((node.epsilon().sqrt() - 0.5).abs() < 0.035);
+            let corners = subtree.of(&sample.plain.faces).iter().flatten();
+            let reach = corners.map(|v| {
+                let p = sample.plain.positions[*v as usize];
+                p.iter().zip(plain.center).map(|(a, b)| (a - b).powi(2)).sum::<f32>().sqrt()
+            });
+            let reach = reach.fold(0.0, f32::max);
+            assert!(node.radius < 1.5 * reach, "{subtree}: {} around {reach}", node.radius);
+            let boundary = &sample.plain.boundaries[index as usize];
+            let loops = tree.loops_of(&subtree).unwrap();
+            let drawn = node.bound < f32::INFINITY || subtree.face_count() <= SMALL_FACES;
+            assert_eq!(loops.vertices.len(), if drawn { boundary.len() } else { 0 });
+            stack.extend(tree.children(&subtree).unwrap());
+        }
+    }
 }
 
 #[test]
 fn loops_are_handed_out_one_by_one() {
-    let tree = Sample::patches(4, 3).tree();
-    // The virtual root owns two patches, each with its rim.
-    let rims: Vec<Vec<u32>> = tree.loops_of(0).unwrap().map(|l| l.vertices().collect()).collect();
-    assert_eq!(rims.iter().map(Vec::len).collect::<Vec<_>>(), [14, 14]);
-    assert!(rims.iter().flatten().all(|v| v & LOOP_END == 0));
+    for page_faces in [5, 24, 253] {
+        let mut sample = Sample::patches(4, 3, page_faces);
+        sample.plain.clusters[0].bound = 1e3;
+        sample.pack();
+        let tree = sample.tree();
+        // The root owns two patches, each with its rim.
+        let rims = tree.loops_of(&tree.whole()).unwrap();
+        assert_eq!(rims.iter().map(<[u32]>::len).collect::<Vec<_>>(), [14, 14]);
+        let entries = rims.iter().flat_map(|rim| {
+            rim.iter().enumerate().map(|(i, v)| if i + 1 == rim.len() { v | fct::LOOP_END } else { *v })
+        });
+        assert!(entries.eq(sample.plain.boundaries[0].iter().copied()));
+    }
 }

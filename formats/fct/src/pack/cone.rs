@@ -9,7 +9,6 @@ const ROUNDING: f64 = 4e-7;
 /// The width of a cone about the decoded `axis` that holds the cone of `exact` and `cos`.
 pub(super) fn width(exact: [f32; 3], cos: f32, axis: NormalRecord) -> u8 {
     let (a, b) = (exact.map(f64::from), axis.decode().map(f64::from));
-    let cos = f64::from(cos).min(1.0);
     let along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let across = (cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2]).sqrt();
@@ -18,6 +17,7 @@ pub(super) fn width(exact: [f32; 3], cos: f32, axis: NormalRecord) -> u8 {
     if !(cos > 0.0 && length > 0.0) {
         return u8::MAX;
     }
+    let cos = f64::from(cos).min(1.0);
     // The cosine of the sum of the half angle and the angle between the axes.
     let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
     let sum = (cos * along - sin * across) / length - ROUNDING;
@@ -52,12 +52,14 @@ mod tests {
             let exact = [x / length, y / length, z / length];
             let axis = NormalRecord::encode(exact);
             let stored = f64::from(cosine_of(width(exact, half.cos() as f32 - 1e-7, axis)));
-            let a = glam::DVec3::from_array(exact.map(f64::from));
-            let side = a.any_orthonormal_vector();
-            let other = a.cross(side);
-            let normal = a * half.cos() + (side * turn.cos() + other * turn.sin()) * half.sin();
-            let decoded = glam::DVec3::from_array(axis.direction());
-            prop_assert!(normal.dot(decoded) >= stored - 1e-6);
+            let a = exact.map(f64::from);
+            let side = crate::octahedral::tangent_of(a);
+            let other = [a[1] * side[2] - a[2] * side[1], a[2] * side[0] - a[0] * side[2], a[0] * side[1] - a[1] * side[0]];
+            let normal = [0, 1, 2].map(|k| {
+                a[k] * half.cos() + (side[k] * turn.cos() + other[k] * turn.sin()) * half.sin()
+            });
+            let along: f64 = normal.iter().zip(axis.direction()).map(|(n, a)| n * a).sum();
+            prop_assert!(along >= stored - 1e-6);
             prop_assert!(stored.acos() <= half + 0.013 + 0.02, "{} for {half}", stored.acos());
         }
     }

@@ -98,12 +98,12 @@ fn tells(faces: &[FaceRecord], entries: &[u32], names: &Names<'_>) -> bool {
     for ring in given.iter_mut().chain(&mut followed) {
         let lowest = ring.iter().enumerate().min_by_key(|(_, v)| **v).map_or(0, |(i, _)| i);
         ring.rotate_left(lowest);
-        // A vertex that is met twice could be left by either way.
-        let mut sorted = ring.clone();
-        sorted.sort_unstable();
-        if sorted.windows(2).any(|w| w[0] == w[1]) {
-            return false;
-        }
+    }
+    // A vertex that is met twice could be left by either way.
+    let mut met = followed.concat();
+    met.sort_unstable();
+    if met.windows(2).any(|w| w[0] == w[1]) {
+        return false;
     }
     given.sort_unstable();
     followed.sort_unstable();

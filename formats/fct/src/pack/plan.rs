@@ -1,7 +1,7 @@
 //! Which subtrees become pages.
 
-use super::{Clusters, PackError, Packed, PageRun, page};
-use crate::records::{MAX_DEPTH, MAX_PAGE_FACES, MAX_PAGE_VERTICES, PAGE_BIT};
+use super::{Clusters, Packed, PackError, PageRun, page};
+use crate::records::{MAX_PAGE_FACES, MAX_PAGE_VERTICES, PAGE_BIT};
 use std::ops::Range;
 
 /// The subtrees that become pages, and the nodes above them.
@@ -48,22 +48,16 @@ impl Plan {
         let mut plan = Self::default();
         let mut seen = Seen { page: vec![0; clusters.vertex_count()], now: 0 };
         let mut first_vertex = 0;
-        // The top node whose child it is, on which side, node, first face, faces, depth.
-        let mut stack = vec![(None, 0, 0_u32, 0_u32, count, 0_u32)];
-        while let Some((parent, side, node, first_face, faces_here, depth)) = stack.pop() {
-            if faces_here == 0 || depth > 2 * MAX_DEPTH {
-                return Err(PackError::NoTree(format!("node {node} has no faces, or lies too deep")));
-            }
+        if count == 0 {
+            return Err(PackError::NoTree("there are no faces".to_owned()));
+        }
+        // The top node whose child it is and on which side, the node, its first face and its faces.
+        let mut stack: Vec<(Option<(usize, usize)>, u32, u32, u32)> = vec![(None, 0, 0, count)];
+        while let Some((parent, node, first_face, faces_here)) = stack.pop() {
             let cluster = &faces[first_face as usize..(first_face + faces_here) as usize];
             let vertices = if faces_here <= most { seen.count(cluster, first_vertex)? } else { None };
             let name = if let Some((_, own_vertices)) = vertices {
-                plan.pages.push(PlannedPage {
-                    node,
-                    first_face,
-                    faces: faces_here,
-                    first_vertex,
-                    own_vertices,
-                });
+                plan.pages.push(PlannedPage { node, first_face, faces: faces_here, first_vertex, own_vertices });
                 first_vertex += own_vertices;
                 plan.pages.len() as u32 - 1 | PAGE_BIT
             } else {
@@ -71,17 +65,13 @@ impl Plan {
                 plan.tops.push(PlannedTop { node, first_face, children: [0; 2] });
                 let left = clusters.left_faces(node);
                 if left == 0 || left >= faces_here {
-                    return Err(PackError::NoTree(format!(
-                        "node {node} has {left} of {faces_here} faces on the left"
-                    )));
+                    return Err(PackError::NoTree(format!("node {node} has {left} of {faces_here} faces on the left")));
                 }
-                stack.push((Some(top), 1, node + left, first_face + left, faces_here - left, depth + 1));
-                stack.push((Some(top), 0, node + 1, first_face, left, depth + 1));
+                stack.push((Some((top, 1)), node + left, first_face + left, faces_here - left));
+                stack.push((Some((top, 0)), node + 1, first_face, left));
                 top as u32
             };
-            if let Some(parent) = parent {
-                let parent: usize = parent;
-                let side: usize = side;
+            if let Some((parent, side)) = parent {
                 plan.tops[parent].children[side] = name;
             }
         }

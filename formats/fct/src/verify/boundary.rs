@@ -43,13 +43,13 @@ pub(crate) fn check(
         return Ok(());
     }
     let mut of_loops = 0_u64;
-    let mut ambiguous = false;
+    let met = &loops.vertices;
+    let ambiguous = follows && met.iter().enumerate().any(|(i, v)| met.iter().take(i).any(|u| u == v));
     for ring in loops.iter() {
         let next = ring.iter().skip(1).chain(ring.first());
         for (a, b) in ring.iter().zip(next) {
             of_loops = of_loops.wrapping_add(edge_number(*a, *b));
         }
-        ambiguous |= follows && ring.iter().enumerate().any(|(i, v)| ring.iter().take(i).any(|u| u == v));
     }
     if of_loops == of_faces && !ambiguous {
         return Ok(());

@@ -66,14 +66,9 @@ impl Cones {
         if place(self.first).is_none_or(|range| range.end > self.normals.len()) {
             self.first = subtree.first_face;
             self.normals.clear();
-            let mut stack = vec![*subtree];
-            while let Some(below) = stack.pop() {
-                if below.face_count() > 1 {
-                    let [left, right] = reader.split(&below)?;
-                    stack.extend([right, left]);
-                } else {
-                    self.normals.push(normal_of(reader.corners(&below)?, reader.vertices));
-                }
+            for face in subtree.first_face..subtree.face_end {
+                let corners = reader.corners(&reader.single(face))?;
+                self.normals.push(normal_of(corners, reader.vertices));
             }
         }
         Ok(place(self.first).and_then(|range| self.normals.get(range)).unwrap_or_default())

@@ -4,36 +4,36 @@
 use std::collections::BTreeMap;
 
 use fct::{
-    BoundingPolygonRecord, ChildRef, F32, FaceRecord, GroupRecord, LOOP_END, Meta, NodeRecord, NormalRecord,
-    Tree, TreeData, U32, VertexRecord, WeldRecord, WriteOptions, pack,
+    BoundingPolygonRecord, ChildRef, ClusterData, GroupRecord, LOOP_END, Meta, NormalRecord, Packed,
+    PlainClusters, Plan, Tree, TreeData, VertexRecord, WeldRecord, WriteOptions,
 };
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
 /// Everything that a file holds, owned.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample {
-    pub(crate) root: ChildRef,
     pub(crate) meta: Meta,
-    pub(crate) nodes: Vec<NodeRecord>,
+    /// What was packed.
+    pub(crate) plain: PlainClusters,
+    /// The most faces of a page.
+    pub(crate) page_faces: u32,
+    pub(crate) packed: Packed,
     pub(crate) vertices: Vec<VertexRecord>,
-    pub(crate) faces: Vec<FaceRecord>,
-    pub(crate) loops: Vec<U32>,
     pub(crate) weld: Vec<WeldRecord>,
     pub(crate) bounding_polygons: Vec<BoundingPolygonRecord>,
     pub(crate) normals: Option<Vec<NormalRecord>>,
     pub(crate) colors: Option<Vec<[u8; 4]>>,
     pub(crate) groups: Vec<GroupRecord>,
+    /// The range of faces of each node.
+    ranges: Vec<(usize, usize)>,
 }
 
 impl Sample {
     pub(crate) fn data(&self) -> TreeData<'_> {
         TreeData {
-            root: self.root,
             meta: &self.meta,
-            nodes: &self.nodes,
+            clusters: &self.packed,
             vertices: &self.vertices,
-            faces: &self.faces,
-            loops: &self.loops,
             weld: &self.weld,
             bounding_polygons: &self.bounding_polygons,
             normals: self.normals.as_deref(),
@@ -55,7 +55,7 @@ impl Sample {
     }
 
     /// Two wavy patches of `2 * columns * rows` faces each that share a cut seam, under a virtual root; every section is there.
-    pub(crate) fn patches(columns: u32, rows: u32) -> Self {
+    pub(crate) fn patches(columns: u32, rows: u32, page_faces: u32) -> Self {
         let mut mesh = Mesh::default();
         for side in 0..2 {
             let first = u32::try_from(mesh.positions.len()).unwrap();
@@ -76,22 +76,24 @@ impl Sample {
             }
         }
         let per_side = (columns + 1) * (rows + 1);
-        let mut sample = Self::of_mesh(&mut mesh, Split::Halves);
+        let mut sample = Self::of_mesh(&mut mesh, Split::Halves, page_faces);
         for y in 0..=rows {
             let left = mesh.renamed[&(y * (columns + 1) + columns)];
             let right = mesh.renamed[&(per_side + y * (columns + 1))];
             sample.weld.push(WeldRecord { vertex: right.into(), representative: left.into() });
-            let mut record = sample.vertices[left as usize];
-            record.bound = f32::INFINITY.into();
-            record.budget = f32::INFINITY.into();
-            sample.vertices[left as usize] = record;
-            sample.vertices[right as usize] = record;
+            for vertex in [left, right] {
+                let position = sample.plain.positions[vertex as usize];
+                let always = VertexRecord::eager(position, f64::INFINITY, f64::INFINITY, ([0.0; 3], 0.0));
+                sample.vertices[vertex as usize] = always.unwrap();
+            }
         }
         sample.weld.sort_by_key(|w| w.vertex.get());
-        let root = &mut sample.nodes[0];
-        root.bound = f32::INFINITY.into();
-        root.budget = f32::INFINITY.into();
-        let halves = sample.tree().children(0, sample.faces.len() as u32).unwrap();
+        let root = &mut sample.plain.clusters[0];
+        root.bound = f32::INFINITY;
+        root.budget = f32::INFINITY;
+        sample.pack();
+        let tree = sample.tree();
+        let halves = tree.children(&tree.whole()).unwrap();
         for (name, half) in halves.iter().enumerate() {
             sample.groups.push(GroupRecord {
                 root: half.child.raw().into(),
@@ -119,14 +121,13 @@ impl Sample {
         for i in 0..faces {
             mesh.faces.push([0, i + 1, i + 2]);
         }
-        Self::of_mesh(&mut mesh, split)
+        Self::of_mesh(&mut mesh, split, 16)
     }
 
-    fn of_mesh(mesh: &mut Mesh, split: Split) -> Self {
+    fn of_mesh(mesh: &mut Mesh, split: Split, page_faces: u32) -> Self {
         mesh.order_vertices();
         let face_count = mesh.faces.len() as u32;
         let mut sample = Self {
-            root: if face_count == 1 { ChildRef::face(0) } else { ChildRef::node(0) },
             meta: Meta {
                 generator: "a test".to_owned(),
                 split: "halves".to_owned(),
@@ -140,71 +141,79 @@ impl Sample {
                 bounds_max: bound(&mesh.positions, f32::max),
                 ..Meta::default()
             },
-            nodes: Vec::new(),
+            plain: PlainClusters {
+                faces: mesh.faces.clone(),
+                positions: mesh.positions.clone(),
+                ..PlainClusters::default()
+            },
+            page_faces,
+            packed: Packed::default(),
             vertices: Vec::new(),
-            faces: mesh.faces.iter().map(|f| FaceRecord::from(*f)).collect(),
-            loops: Vec::new(),
             weld: Vec::new(),
             bounding_polygons: Vec::new(),
             normals: None,
             colors: None,
             groups: Vec::new(),
+            ranges: Vec::new(),
         };
-        // As eager as the root and as wide as all nodes, whose spheres share a centre.
-        let center = bound(&mesh.positions, |a, b| (a + b) / 2.0);
-        let farthest = mesh.positions.iter().map(|p| distance(*p, center)).fold(0.0, f64::max);
+        // As eager as the root and as wide as all nodes can be.
+        let center = bound(&mesh.positions, |a, b| (a + b) / 2.0).map(f64::from);
+        let farthest = mesh.positions.iter().map(|p| distance(p.map(f64::from), center)).fold(0.0, f64::max);
         for position in &mesh.positions {
-            sample.vertices.push(VertexRecord {
-                position: pack(*position),
-                bound: F32::new(face_count as f32),
-                budget: F32::new(face_count as f32),
-                center: pack(center),
-                radius: F32::new(2.0 * farthest as f32),
-            });
+            let key = f64::from(face_count);
+            sample.vertices.push(VertexRecord::eager(*position, key, key, (center, 3.0 * farthest)).unwrap());
         }
-        sample.add_subtree(mesh, 0, face_count, split, 0);
+        sample.add_subtree(0, face_count, split, 0);
+        sample.pack();
         sample
     }
 
+    /// Packs what is plain once more.
+    pub(crate) fn pack(&mut self) {
+        let plan = Plan::new(&self.plain, self.page_faces).unwrap();
+        let runs: Vec<_> =
+            (0..plan.page_count()).map(|page| plan.pack_pages(&self.plain, page..page + 1).unwrap()).collect();
+        self.packed = Packed::assemble(&self.plain, &plan, runs).unwrap();
+        self.bounding_polygons.clear();
+        for (index, node) in self.packed.decoded(&plan) {
+            let (first, end) = self.ranges[index as usize];
+            if end - first >= 8 {
+                let corners = self.plain.faces[first..end].iter().flatten();
+                let points = corners.map(|v| self.plain.positions[*v as usize]);
+                let polygon = BoundingPolygonRecord::around(index, &node, [0.0, 0.0, 1.0], points);
+                self.bounding_polygons.push(polygon);
+            }
+        }
+        self.bounding_polygons.sort_by_key(|p| p.node.get());
+    }
+
     /// Appends the nodes over a range of faces, a node before its descendants.
-    fn add_subtree(&mut self, mesh: &Mesh, first: u32, end: u32, split: Split, depth: u32) -> ChildRef {
+    fn add_subtree(&mut self, first: u32, end: u32, split: Split, depth: u32) -> ChildRef {
         if end - first == 1 {
             self.meta.depth = self.meta.depth.max(depth);
             return ChildRef::face(first);
         }
-        let index = self.nodes.len();
-        self.nodes.push(NodeRecord::default());
+        let index = self.ranges.len();
         let middle = match split {
             Split::Halves => first + (end - first) / 2,
             Split::OneByOne => first + 1,
         };
-        let left = self.add_subtree(mesh, first, middle, split, depth + 1);
-        let right = self.add_subtree(mesh, middle, end, split, depth + 1);
-        let cluster = &mesh.faces[first as usize..end as usize];
-        let center = bound(&mesh.positions, |a, b| (a + b) / 2.0);
-        // One centre for all makes nesting a matter of radii, and those grow with the number of faces.
-        let farthest = mesh.positions.iter().map(|p| distance(*p, center)).fold(0.0, f64::max);
-        let radius = farthest as f32 * (1.0 + (end - first) as f32 / 1000.0);
-        let loops = boundary_of(cluster);
-        self.nodes[index] = NodeRecord {
-            center: pack(center),
-            radius: radius.into(),
-            bound: ((end - first) as f32).into(),
-            budget: ((end - first) as f32).into(),
-            axis: pack([0.0, 0.0, 1.0]),
-            cos: F32::new(0.5),
-            epsilon: F32::new(0.25),
-            left: left.raw().into(),
-            right: right.raw().into(),
-            first_face: first.into(),
-            loop_start: (self.loops.len() as u32).into(),
-            loop_len: (loops.len() as u32).into(),
-        };
-        self.loops.extend(loops.into_iter().map(U32::new));
-        if end - first >= 8 {
-            self.bounding_polygons.push(polygon_of(index as u32, mesh, cluster));
-            self.bounding_polygons.sort_by_key(|p| p.node.get());
-        }
+        let (start, stop) = (first as usize, end as usize);
+        let cluster = &self.plain.faces[start..stop];
+        let corners: Vec<_> = cluster.iter().flatten().map(|v| self.plain.positions[*v as usize]).collect();
+        self.ranges.push((start, stop));
+        self.plain.left_faces.push(middle - first);
+        self.plain.boundaries.push(boundary_of(cluster));
+        self.plain.clusters.push(ClusterData {
+            center: bound(&corners, |a, b| (a + b) / 2.0),
+            bound: (end - first) as f32,
+            budget: (end - first) as f32,
+            axis: [0.0, 0.0, 1.0],
+            cos: 0.5,
+            epsilon: 0.25,
+        });
+        self.add_subtree(first, middle, split, depth + 1);
+        self.add_subtree(middle, end, split, depth + 1);
         ChildRef::node(index as u32)
     }
 }
@@ -245,9 +254,8 @@ fn bound(positions: &[[f32; 3]], pick: fn(f32, f32) -> f32) -> [f32; 3] {
         .fold(positions[0], |a, b| [pick(a[0], b[0]), pick(a[1], b[1]), pick(a[2], b[2])])
 }
 
-fn distance(a: [f32; 3], b: [f32; 3]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| f64::from(a - b) * f64::from(a - b));
-    squares.sum::<f64>().sqrt()
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
 /// The loops around some faces, with the end flags: directed edges without an opposite, chained.
@@ -272,33 +280,6 @@ fn boundary_of(faces: &[[u32; 3]]) -> Vec<u32> {
         *loops.last_mut().unwrap() |= LOOP_END;
     }
     loops
-}
-
-fn polygon_of(node: u32, mesh: &Mesh, cluster: &[[u32; 3]]) -> BoundingPolygonRecord {
-    // The frame is that of the axes: tangent x, b = y, normal z.
-    let half = f32::sqrt(0.5);
-    let directions = [
-        [1.0, 0.0],
-        [half, half],
-        [0.0, 1.0],
-        [-half, half],
-        [-1.0, 0.0],
-        [-half, -half],
-        [0.0, -1.0],
-        [half, -half],
-    ];
-    let points = || cluster.iter().flatten().map(|v| mesh.positions[*v as usize]);
-    let highest = |f: &dyn Fn([f32; 3]) -> f32| points().map(f).fold(f32::NEG_INFINITY, f32::max);
-    BoundingPolygonRecord {
-        node: node.into(),
-        flags: 0.into(),
-        origin: pack([0.0; 3]),
-        normal: pack([0.0, 0.0, 1.0]),
-        tangent: pack([1.0, 0.0, 0.0]),
-        low: (-highest(&|p| -p[2])).into(),
-        high: highest(&|p| p[2]).into(),
-        support: directions.map(|d| F32::new(highest(&|p| p[0] * d[0] + p[1] * d[1]))),
-    }
 }
 
 /// Where a section stands in a file: its entry in the table, its offset, its length.
