@@ -56,11 +56,11 @@ pub(crate) struct Ball {
 }
 
 /// Passes over the points at most, after the two that find the first pair.
-const PASSES: usize = 6;
+const PASSES: usize = 4;
 
 /// No ball is smaller than that around two or three of the points. One within this factor of that is not worth
 /// another pass.
-const GOOD_ENOUGH: f64 = 1.005;
+const GOOD_ENOUGH: f64 = 1.02;
 
 /// By how much the ball shrinks before it grows again: little finds nothing new, much forgets where it was.
 const SHRINK: f64 = 0.94;
