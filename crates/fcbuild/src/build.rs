@@ -8,7 +8,7 @@ use crate::mesh::{Components, Mesh, Weld};
 use crate::partition::{self, Hierarchy, SplitMode};
 use crate::records::Records;
 use crate::tree_order::TreeMesh;
-use crate::{bounds, clusters};
+use crate::{bounds, clusters, displacement};
 use fct::{ChildRef, GroupRecord, Meta, TreeData, U32};
 use std::time::{Duration, Instant};
 
@@ -162,17 +162,19 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     drop((registrations, curve_records));
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
     activity::raise(&uncovered, &mut activity);
-    drop((uncovered, nodes));
+    drop(uncovered);
     activity::share(&mesh.weld, &mut activity);
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }
+    let displaced = displacement::displacements(&mesh, &splits, &loops, &nodes, &activity);
+    drop(nodes);
     mesh.keep_what_is_stored();
     loops.starts_at_end = Vec::new();
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);
-    let mut records = Records::new(mesh, &splits, loops, &polygons, clusters, activity)?;
+    let mut records = Records::new(mesh, &splits, loops, &polygons, clusters, activity, displaced)?;
     records.groups = groups;
     for v in &records.vertices {
         for (axis, x) in v.position.iter().enumerate() {

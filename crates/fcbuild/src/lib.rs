@@ -12,6 +12,7 @@ pub mod arcs;
 pub mod bounds;
 mod build;
 mod clusters;
+mod displacement;
 pub mod error;
 pub mod import;
 pub mod mesh;

@@ -4,6 +4,7 @@ use crate::arcs::activity::Activity;
 use crate::arcs::loops::{LAST, Loops};
 use crate::bounds::BoundingPolygon;
 use crate::clusters::{PackedClusters, Scale};
+use crate::displacement::Displacement;
 use crate::error::Error;
 use crate::mesh::units::too_large;
 use crate::partition::Split;
@@ -37,14 +38,17 @@ impl Records {
         polygons: &[(u32, BoundingPolygon)],
         clusters: PackedClusters,
         activity: Vec<Activity>,
+        displaced: Vec<Displacement>,
     ) -> Result<Records, Error> {
         let polygons = polygon_records(&mesh, splits, &loops, polygons, &clusters.outlined);
         let scale = Scale(mesh.units.length());
         let TreeMesh { stored, normals, colors, weld, .. } = mesh;
         drop(loops);
-        let vertices: Option<Vec<VertexRecord>> =
-            stored.par_iter().zip(&activity).map(|(p, a)| vertex_record(scale, *p, a)).collect();
-        drop((stored, activity));
+        let vertices: Option<Vec<VertexRecord>> = (0..stored.len())
+            .into_par_iter()
+            .map(|v| vertex_record(scale, stored[v], &activity[v], &displaced[v]))
+            .collect();
+        drop((stored, activity, displaced));
         let weld = weld
             .iter()
             .enumerate()
@@ -64,15 +68,21 @@ impl Records {
 }
 
 /// None if the sphere is too large.
-fn vertex_record(scale: Scale, position: Vec3, activity: &Activity) -> Option<VertexRecord> {
+fn vertex_record(
+    scale: Scale,
+    position: Vec3,
+    activity: &Activity,
+    displaced: &Displacement,
+) -> Option<VertexRecord> {
     let center = (activity.sphere.center.as_dvec3() * scale.0).to_array();
     let radius = f64::from(activity.sphere.radius) * scale.0;
-    VertexRecord::eager(
+    let record = VertexRecord::eager(
         position.to_array(),
         f64::from(activity.bound) * scale.0,
         f64::from(activity.budget) * scale.0,
         (center, radius),
-    )
+    )?;
+    Some(record.with_displacement(displaced.map(|d| (d.as_dvec3() * scale.0).to_array())))
 }
 
 /// The prisms of the outlined nodes, around their vertices as stored.

@@ -15,7 +15,7 @@ pub enum Budget {
 /// The selection found for a budget.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// A uniform tolerance in [`Order::Budget`].
+    /// A uniform tolerance in [`Order::Budget`], with vertices displaced.
     pub selection: Selection,
     /// Whether the result is within the budget; not if even the coarsest mesh is over it.
     pub within: bool,
@@ -23,13 +23,17 @@ pub struct Fitted {
 
 /// Finds the finest cut in [`Order::Budget`] that stays within `budget`, and leaves its mesh in `out`.
 ///
+/// Vertices are to be drawn where [`Selection::position`] says.
 /// Only tolerances between two neighbouring keys of the tree differ, so the keys are bisected; nodes of equal keys
 /// are refined together.
 ///
 /// # Errors
 /// As [`extract`].
 pub fn fit(tree: &Tree, budget: Budget, out: &mut Extraction) -> Result<Fitted, Error> {
-    let mut keys: Vec<f32> = tree.keys().map(|[_, budget]| budget).filter(|k| k.is_finite()).collect();
+    // Vertices on boundaries may have larger keys than all nodes.
+    let of_vertices = tree.vertices().iter().map(|v| v.budget());
+    let mut keys: Vec<f32> =
+        tree.keys().map(|[_, budget]| budget).chain(of_vertices).filter(|k| k.is_finite()).collect();
     keys.sort_unstable_by(|a, b| b.total_cmp(a));
     keys.dedup();
     let within = |out: &Extraction| match budget {
@@ -43,7 +47,10 @@ pub fn fit(tree: &Tree, budget: Budget, out: &mut Extraction) -> Result<Fitted, 
         return Ok(Fitted { selection: full, within: true });
     }
     // keys[i] as tolerance refines all nodes of larger keys, that is, keys[..i].
-    let at = |i: usize| Selection::uniform(keys.get(i).copied().map_or(0.0, f64::from), Order::Budget);
+    let at = |i: usize| Selection {
+        displaced: true,
+        ..Selection::uniform(keys.get(i).copied().map_or(0.0, f64::from), Order::Budget)
+    };
     let (mut fits, mut over) = (0, keys.len());
     while over - fits > 1 {
         let middle = fits + (over - fits) / 2;

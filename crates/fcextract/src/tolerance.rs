@@ -40,16 +40,23 @@ impl Tolerance {
     #[inline]
     pub fn refines(&self, key: f32, sphere: impl FnOnce() -> (DVec3, f64)) -> bool {
         let key = f64::from(key);
-        let allowed = match self {
-            Tolerance::Full => return true,
+        // Where nothing is allowed even a key of 0 is refined.
+        let Some(allowed) = self.allowed(sphere) else { return true };
+        key > allowed || key.is_nan() || allowed.is_nan()
+    }
+
+    /// The least error allowed in a sphere; none for the input's faces.
+    #[inline]
+    pub(crate) fn allowed(&self, sphere: impl FnOnce() -> (DVec3, f64)) -> Option<f64> {
+        match self {
+            Tolerance::Full => None,
             // Nodes that must never be drawn have an infinite key: no tolerance reaches it.
-            Tolerance::Uniform { distance } => distance.min(f64::MAX),
+            Tolerance::Uniform { distance } => Some(distance.min(f64::MAX)),
             Tolerance::Perspective(p) => {
                 let (center, radius) = sphere();
-                p.at(center, radius).min(f64::MAX)
+                Some(p.at(center, radius).min(f64::MAX))
             }
-        };
-        key > allowed || key.is_nan() || allowed.is_nan()
+        }
     }
 }
 

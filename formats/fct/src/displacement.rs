@@ -51,9 +51,9 @@ impl VertexRecord {
         } else {
             (0.0, share * share / (low * low))
         };
-        let [d, e] = self.displacement;
+        let [[a, b, c], [d, e, f]] = self.displacement;
         let unit = key / STEPS;
-        [0, 1, 2].map(|k| unit * (of_high * f64::from(d[k]) + of_low * f64::from(e[k])))
+        [(a, d), (b, e), (c, f)].map(|(d, e)| unit * (of_high * f64::from(d) + of_low * f64::from(e)))
     }
 }
 

@@ -1,9 +1,9 @@
-//! The plane of a cluster in two bytes, by what is known of the cluster already.
+//! The plane of a cluster in three bytes, by what is known of the cluster already.
 
 use crate::octahedral::tangent_of;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-/// The plane that fits a cluster best. 2 bytes.
+/// The plane that fits a cluster best. 3 bytes.
 ///
 /// It is there to choose between triangulations of the cluster's polygon and promises nothing.
 #[derive(
@@ -11,9 +11,9 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 )]
 #[repr(C)]
 pub struct PlaneRecord {
-    /// How the plane's normal leans from the axis of the cone: along the axis's tangent in the upper four bits, along
-    /// `axis x tangent` in the lower ones, both signed, in eighths of the sine of the cone's half angle.
-    pub tilt: u8,
+    /// How the plane's normal leans from the axis of the cone: along the axis's tangent and along `axis x tangent`, in
+    /// 1/96 of the sine of the cone's half angle.
+    pub tilt: [i8; 2],
     /// Height of the plane, along its normal, above the first corner of the cluster's first face, in 1/64 of the
     /// distance bound.
     pub height: i8,
@@ -29,26 +29,23 @@ impl PlaneRecord {
         let normal = normal.map(f64::from);
         let along = dot(normal, axis);
         let tilt = if along > 0.0 && step > 0.0 {
-            let lean = |t: [f64; 3]| nibble(dot(normal, t) / along / step);
-            lean(tangent) << 4 | lean(other) & 0xf
+            [tangent, other].map(|t| byte(dot(normal, t) / along / step))
         } else {
-            0
+            [0, 0]
         };
         let unit = f64::from(bound) / HEIGHTS;
         let height = (offset - dot(normal, first.map(f64::from))) / unit;
         let usable = unit > 0.0 && unit.is_finite() && height.is_finite() && normal != [0.0; 3];
-        #[allow(clippy::cast_possible_truncation, reason = "clamped to the range of a byte")]
-        let height = if usable { height.round().clamp(-127.0, 127.0) as i8 } else { 0 };
+        let height = if usable { byte(height) } else { 0 };
         Self { tilt, height }
     }
 
     /// Unit normal, and the height above the first corner.
     pub(crate) fn decode(self, cone: Axis, bound: f32) -> ([f64; 3], f64) {
         let (axis, tangent, other, step) = frame(cone);
-        // Arithmetic shifts bring the signs along.
-        let [u, v] =
-            [self.tilt.cast_signed() >> 4, (self.tilt << 4).cast_signed() >> 4].map(|n| f64::from(n) * step);
-        let leaning = [0, 1, 2].map(|k| axis[k] + u * tangent[k] + v * other[k]);
+        let [u, v] = self.tilt.map(|t| f64::from(t) * step);
+        let [[ax, ay, az], [tx, ty, tz], [bx, by, bz]] = [axis, tangent, other];
+        let leaning = [ax + u * tx + v * bx, ay + u * ty + v * by, az + u * tz + v * bz];
         // At least the axis, to which the others are at right angles.
         let length = dot(leaning, leaning).sqrt();
         let height = f64::from(self.height) * f64::from(bound) / HEIGHTS;
@@ -59,18 +56,21 @@ impl PlaneRecord {
 /// Steps of the height in a distance bound.
 const HEIGHTS: f64 = 64.0;
 
+/// Steps of a lean in the sine of the cone's half angle; a plane may lie a little outside the cone of its faces.
+const TILTS: f64 = 96.0;
+
 /// The axis, two vectors at right angles, and the step of a lean.
 fn frame((axis, cos): Axis) -> ([f64; 3], [f64; 3], [f64; 3], f64) {
     let tangent = tangent_of(axis);
     let ([ax, ay, az], [tx, ty, tz]) = (axis, tangent);
     let other = [ay * tz - az * ty, az * tx - ax * tz, ax * ty - ay * tx];
     let cos = cos.clamp(0.0, 1.0);
-    (axis, tangent, other, ((1.0 - cos) * (1.0 + cos)).sqrt() / 8.0)
+    (axis, tangent, other, ((1.0 - cos) * (1.0 + cos)).sqrt() / TILTS)
 }
 
-#[allow(clippy::cast_possible_truncation, reason = "clamped to the range of four bits")]
-fn nibble(lean: f64) -> u8 {
-    (lean.round().clamp(-8.0, 7.0) as i8).cast_unsigned()
+#[allow(clippy::cast_possible_truncation, reason = "clamped to the range of a byte")]
+fn byte(x: f64) -> i8 {
+    x.round().clamp(-127.0, 127.0) as i8
 }
 
 fn dot([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> f64 {
@@ -85,7 +85,7 @@ mod tests {
     proptest! {
         /// What lies in the cone comes back within a step or so, any byte decodes to a unit normal.
         #[test]
-        fn planes_survive(x in -1.0_f64..1.0, y in -1.0_f64..1.0, cos in 0.1_f64..1.0, h in -1.9_f64..1.9, any: [u8; 2]) {
+        fn planes_survive(x in -1.0_f64..1.0, y in -1.0_f64..1.0, cos in 0.1_f64..1.0, h in -1.9_f64..1.9, any: [i8; 3]) {
             let axis = [0.6, 0.0, 0.8];
             let sin = (1.0 - cos * cos).sqrt();
             let n = [axis[0] + sin * 0.6 * y, sin * 0.6 * x, axis[2] - sin * 0.6 * y * 0.75];
@@ -93,9 +93,9 @@ mod tests {
             let normal = n.map(|c| (c / length) as f32);
             let record = PlaneRecord::encode(normal, h * 0.5, [0.0; 3], (axis, cos), 0.5);
             let (back, height) = record.decode((axis, cos), 0.5);
-            prop_assert!(dot(back, normal.map(f64::from)) > 1.0 - sin * sin / 64.0 - 1e-6);
+            prop_assert!(dot(back, normal.map(f64::from)) > 1.0 - sin * sin / 9000.0 - 1e-6);
             prop_assert!((height - h * 0.5).abs() < 0.5 / 64.0);
-            let (garbage, _) = PlaneRecord { tilt: any[0], height: any[1].cast_signed() }.decode((axis, cos), f32::INFINITY);
+            let (garbage, _) = PlaneRecord { tilt: [any[0], any[1]], height: any[2] }.decode((axis, cos), f32::INFINITY);
             prop_assert!((dot(garbage, garbage) - 1.0).abs() < 1e-9);
         }
     }

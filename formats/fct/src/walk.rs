@@ -325,6 +325,24 @@ impl<'a> Reader<'a> {
         self.corners(subtree).map_err(|violation| violation.at(self.path))
     }
 
+    /// The first corner of a subtree's first face, from which [`Node::plane`] counts heights.
+    ///
+    /// # Errors
+    /// As [`Reader::face`].
+    #[inline]
+    pub fn first_corner(&self, subtree: &Subtree) -> Result<u32, Error> {
+        let face = match subtree.place {
+            Place::Page { page, .. } => Subtree {
+                child: ChildRef::face(subtree.first_face),
+                face_end: subtree.first_face.saturating_add(1),
+                place: Place::Page { page, record: 0, loops: 0 },
+                ..*subtree
+            },
+            Place::Top { .. } => self.single(subtree.first_face),
+        };
+        self.face(&face).map(|[first, ..]| first)
+    }
+
     pub(crate) fn corners(&self, subtree: &Subtree) -> Result<[u32; 3], Broken> {
         let Place::Page { page, .. } = subtree.place else {
             return Err(no_such_face(subtree));

@@ -18,6 +18,8 @@ use triangulate::Triangulator;
 pub(crate) struct Stitcher {
     loops: Loops,
     outline: Outline,
+    /// Of the outline's vertices over the plane that fits the cluster best.
+    heights: Vec<f64>,
     triangulator: Triangulator,
 }
 
@@ -65,13 +67,14 @@ impl Stitcher {
         if let [a, b, c] = outline.vertices[..] {
             out.extend([a, b, c]);
         } else {
-            self.fill(records, node, out);
+            let first_corner = reader.first_corner(subtree)?;
+            self.fill(records, node, first_corner, out);
         }
         Ok(count_folded(records, node, &out[first..]))
     }
 
     /// Triangulates a polygon of more than three vertices, or with holes.
-    fn fill(&mut self, records: &[VertexRecord], node: &Node, out: &mut Vec<u32>) {
+    fn fill(&mut self, records: &[VertexRecord], node: &Node, first_corner: u32, out: &mut Vec<u32>) {
         let outline = &mut self.outline;
         let position = |v: u32| position(records, v);
         // All faces of a cluster that does not fold over face its cone's axis; else the polygon's own area decides.
@@ -89,14 +92,17 @@ impl Stitcher {
             DVec2::new(p.dot(x), p.dot(y))
         }));
         bridge::join_loops(outline);
-        self.triangulator.run(&outline.vertices, &outline.points, out);
+        let (normal, height) = node.plane();
+        let normal = DVec3::from_array(normal);
+        let level = normal.dot(position(first_corner)) + height;
+        self.heights.clear();
+        self.heights.extend(outline.vertices.iter().map(|&v| normal.dot(position(v)) - level));
+        self.triangulator.run(&outline.vertices, &outline.points, &self.heights, out);
     }
 }
 
 fn position(records: &[VertexRecord], vertex: u32) -> DVec3 {
-    records
-        .get(vertex as usize)
-        .map_or(DVec3::ZERO, |r| DVec3::from_array(r.position().map(f64::from)))
+    records.get(vertex as usize).map_or(DVec3::ZERO, |r| DVec3::from_array(r.position().map(f64::from)))
 }
 
 /// Triangles that turn their back on the axis of a cluster of which no face does.

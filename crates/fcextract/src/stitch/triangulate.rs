@@ -1,7 +1,9 @@
 //! Triangles of one polygon in the plane.
 //!
-//! A fan if one of them has all its triangles the right way round, else ears. A polygon that overlaps itself has no
-//! valid triangulation; then the best of bad ears is cut, so that the border still comes out right.
+//! Of a polygon with few corners the best of all triangulations is taken: the one that lies nearest to the plane of
+//! the cluster, in the mean of the squared height. One with more corners gets a fan if there is one that has all its
+//! triangles the right way round, else ears. A polygon that overlaps itself has no valid triangulation; then the best
+//! of bad ears is cut, so that the border still comes out right.
 
 use glam::DVec2;
 
@@ -18,9 +20,13 @@ const FAN_UP_TO: usize = 16;
 impl Triangulator {
     /// Appends the triangles of a counter-clockwise polygon, as vertex indices.
     ///
+    /// `points` are the corners' places in a plane and `heights` how far they lie above the one that fits best.
     /// A vertex may occur more than once, where a hole was joined; triangles with a vertex twice are left out.
-    pub(super) fn run(&mut self, vertices: &[u32], points: &[DVec2], out: &mut Vec<u32>) {
+    pub(super) fn run(&mut self, vertices: &[u32], points: &[DVec2], heights: &[f64], out: &mut Vec<u32>) {
         let n = vertices.len();
+        if n <= BEST_UP_TO && best(vertices, points, heights, out) {
+            return;
+        }
         if n <= FAN_UP_TO
             && let Some(apex) = best_fan(points)
         {
@@ -87,6 +93,70 @@ impl Triangulator {
     }
 }
 
+/// Up to so many corners the best triangulation is sought: its time grows with the cube of their number.
+const BEST_UP_TO: usize = 12;
+
+/// The triangulation of least squared height in the mean, by dynamic programming over chords; false if none is valid.
+fn best(vertices: &[u32], points: &[DVec2], heights: &[f64], out: &mut Vec<u32>) -> bool {
+    let n = points.len();
+    // Of the part of the polygon from corner i to corner k: its least cost, and the third corner on the chord.
+    let mut cost = [[0.0_f64; BEST_UP_TO]; BEST_UP_TO];
+    let mut apex = [[0_u8; BEST_UP_TO]; BEST_UP_TO];
+    for span in 2..n {
+        for i in 0..n - span {
+            let k = i + span;
+            let mut least = (f64::INFINITY, i + 1);
+            let parts = |j: usize| cost[i][j] + cost[j][k];
+            for (j, parts) in (i + 1..k).map(|j| (j, parts(j))) {
+                if parts < least.0 {
+                    let whole = parts + triangle_cost([i, j, k].map(|v| (points[v], heights[v])));
+                    if whole < least.0 {
+                        least = (whole, j);
+                    }
+                }
+            }
+            cost[i][k] = least.0;
+            apex[i][k] = least.1 as u8;
+        }
+    }
+    if !cost[0][n - 1].is_finite() {
+        return false;
+    }
+    let mut chords = [(0_u8, 0_u8); BEST_UP_TO];
+    chords[0] = (0, n as u8 - 1);
+    let mut waiting = 1;
+    while waiting > 0 {
+        waiting -= 1;
+        let (i, k) = chords[waiting];
+        let j = apex[i as usize][k as usize];
+        push(out, [i, j, k].map(|v| vertices[v as usize]));
+        for (from, to) in [(i, j), (j, k)] {
+            if to - from > 1 {
+                chords[waiting] = (from, to);
+                waiting += 1;
+            }
+        }
+    }
+    true
+}
+
+/// Twelve times the squared height integrated over a triangle; infinite for one that is flat or turned over.
+fn triangle_cost([(a, h), (b, i), (c, j)]: [(DVec2, f64); 3]) -> f64 {
+    let area = (b - a).perp_dot(c - a);
+    let edges = (b - a).length_squared() + (c - b).length_squared() + (a - c).length_squared();
+    if area > THINNEST * edges {
+        area * (h * h + i * i + j * j + h * i + i * j + j * h + WELL_SHAPED * edges)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Twice the area of the thinnest triangle that counts as valid, over its squared edges.
+const THINNEST: f64 = 1e-4;
+
+/// What a long edge costs beside height: it decides where all is flat, and nowhere else.
+const WELL_SHAPED: f64 = 1e-8;
+
 /// An ear of this shape is taken without looking for a better one (an equilateral triangle has 1).
 const GOOD_EAR: f64 = 0.5;
 
@@ -126,7 +196,7 @@ mod tests {
     fn run(points: &[DVec2]) -> Vec<u32> {
         let mut out = Vec::new();
         let vertices: Vec<u32> = (0..points.len() as u32).collect();
-        Triangulator::default().run(&vertices, points, &mut out);
+        Triangulator::default().run(&vertices, points, &vec![0.0; points.len()], &mut out);
         out
     }
 
@@ -148,6 +218,52 @@ mod tests {
         };
         let signed = triangles.chunks(3).map(double).sum();
         (signed, triangles.chunks(3).map(|t| double(t).abs()).sum())
+    }
+
+    /// A saddle: the chord between the low corners or the one between the high ones, by where the plane is.
+    #[test]
+    fn diagonals_follow_the_plane() {
+        let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec2::new(x, y));
+        let has_edge =
+            |triangles: &[u32], a: u32, b: u32| triangles.chunks(3).all(|t| t.contains(&a) && t.contains(&b));
+        for (level, [a, b]) in [(0.1, [0, 2]), (-0.1, [1, 3])] {
+            // Corners 0 and 2 are high.
+            let heights = [1.0, -1.0, 1.0, -1.0].map(|h| h - 5.0 * level);
+            let mut out = Vec::new();
+            Triangulator::default().run(&[0, 1, 2, 3], &square, &heights, &mut out);
+            assert!(has_edge(&out, a, b), "{level}: {out:?}");
+        }
+    }
+
+    /// Against all triangulations of convex polygons, found one by one.
+    #[test]
+    fn the_best_of_all_triangulations_is_found() {
+        fn naive(corners: &[(DVec2, f64)]) -> f64 {
+            let n = corners.len();
+            if n < 3 {
+                return 0.0;
+            }
+            let with = |j: usize| {
+                triangle_cost([corners[0], corners[j], corners[n - 1]])
+                    + naive(&corners[..=j])
+                    + naive(&corners[j..])
+            };
+            (1..n - 1).map(with).fold(f64::INFINITY, f64::min)
+        }
+        for n in 4..=9_usize {
+            let corners: Vec<(DVec2, f64)> = (0..n)
+                .map(|i| {
+                    let angle = std::f64::consts::TAU * i as f64 / n as f64;
+                    (DVec2::new(angle.cos(), angle.sin()), ((i * i * 7 + 3) % 11) as f64 - 5.0)
+                })
+                .collect();
+            let (points, heights): (Vec<DVec2>, Vec<f64>) = corners.iter().copied().unzip();
+            let mut out = Vec::new();
+            Triangulator::default().run(&(0..n as u32).collect::<Vec<_>>(), &points, &heights, &mut out);
+            let found: f64 =
+                out.chunks(3).map(|t| triangle_cost([t[0], t[1], t[2]].map(|v| corners[v as usize]))).sum();
+            assert!((found - naive(&corners)).abs() < 1e-9 * found, "{n}");
+        }
     }
 
     #[test]

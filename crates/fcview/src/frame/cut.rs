@@ -5,7 +5,7 @@ use crate::camera::View;
 use crate::options::{Detail, FrameOptions};
 use crate::scene::{Instance, Scene};
 use crate::stats::Counts;
-use fcextract::{Extraction, Order, Perspective, Selection, Tolerance};
+use fcextract::{Extraction, Perspective, Selection, Tolerance};
 use fcgeom::{Containment, Frustum, Sphere};
 use rayon::prelude::*;
 
@@ -141,7 +141,7 @@ impl Cuts {
             self.shared.clear();
         }
         let tolerance = if distance > 0.0 { Tolerance::Uniform { distance } } else { Tolerance::Full };
-        let selection = Selection { tolerance, order: Order::Bound, frustum: None, backface_eye: None };
+        let selection = Selection { tolerance, ..Selection::full() };
         let mut slot = Slot { distance, ..Slot::default() };
         slot.fill(scene, model, &selection)?;
         self.shared.push(slot);
@@ -178,7 +178,7 @@ fn selection(
         }),
     };
     let backface = options.backface && !options.two_sided;
-    Selection { tolerance, order: Order::Bound, frustum, backface_eye: backface.then_some(eye) }
+    Selection { tolerance, frustum, backface_eye: backface.then_some(eye), ..Selection::full() }
 }
 
 /// The tolerance of a selection that does not depend on the view.

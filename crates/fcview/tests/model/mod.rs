@@ -129,6 +129,8 @@ fn split(positions: &[Vec3], faces: &mut [[u32; 3]], tree: &mut PlainClusters) {
     let left = faces.len() / 2;
     tree.left_faces.push(left as u32);
     tree.clusters.push(ClusterData {
+        plane: [0.0; 3],
+        offset: 0.0,
         center: Sphere::of_points(&points).center.to_array(),
         bound: f32::INFINITY,
         budget: f32::INFINITY,

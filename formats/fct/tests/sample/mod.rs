@@ -171,8 +171,9 @@ impl Sample {
     /// Packs what is plain once more.
     pub(crate) fn pack(&mut self) {
         let plan = Plan::new(&self.plain, self.page_faces).unwrap();
-        let runs: Vec<_> =
-            (0..plan.page_count()).map(|page| plan.pack_pages(&self.plain, page..page + 1).unwrap()).collect();
+        let runs: Vec<_> = (0..plan.page_count())
+            .map(|page| plan.pack_pages(&self.plain, page..page + 1).unwrap())
+            .collect();
         self.packed = Packed::assemble(&self.plain, &plan, runs).unwrap();
         self.bounding_polygons.clear();
         for (index, node) in self.packed.decoded(&plan) {
@@ -205,6 +206,8 @@ impl Sample {
         self.plain.left_faces.push(middle - first);
         self.plain.boundaries.push(boundary_of(cluster));
         self.plain.clusters.push(ClusterData {
+            plane: [0.0; 3],
+            offset: 0.0,
             center: bound(&corners, |a, b| (a + b) / 2.0),
             bound: (end - first) as f32,
             budget: (end - first) as f32,

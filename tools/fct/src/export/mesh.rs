@@ -1,8 +1,9 @@
 //! An extraction as a mesh of its own: the vertices it uses, each once.
 
 use crate::error::Error;
-use fcextract::Extraction;
+use fcextract::{Extraction, Selection};
 use fct::{Child, ChildRef, Tree};
+use glam::DVec3;
 
 /// Not given a place in the mesh yet. No vertex index is as high.
 const UNUSED: u32 = u32::MAX;
@@ -10,7 +11,7 @@ const UNUSED: u32 = u32::MAX;
 /// An indexed mesh in the input's coordinates.
 #[derive(Debug)]
 pub(crate) struct Mesh {
-    /// Stored positions in order of first use.
+    /// Positions in order of first use.
     pub(crate) vertices: Vec<[f32; 3]>,
     /// To be added to the positions.
     pub(crate) origin: [f64; 3],
@@ -22,6 +23,8 @@ pub(crate) struct Mesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Where the triangles of each group begin, with its name; empty when the tree has no groups.
     pub(crate) groups: Vec<(usize, String)>,
+    /// How far the farthest vertex is drawn beside its place.
+    pub(crate) step: f64,
     /// Triangles left out because two of their corners are copies of one vertex.
     pub(crate) collapsed: u64,
 }
@@ -31,7 +34,7 @@ impl Mesh {
     ///
     /// # Errors
     /// An invalid file when a triangle names a vertex that is not there, or a group a face.
-    pub(crate) fn new(tree: &Tree, cut: &Extraction) -> Result<Mesh, Error> {
+    pub(crate) fn new(tree: &Tree, cut: &Extraction, selection: &Selection) -> Result<Mesh, Error> {
         let stored = tree.vertices();
         let mut place = vec![UNUSED; stored.len()];
         let mut used: Vec<u32> = Vec::new();
@@ -66,14 +69,23 @@ impl Mesh {
             triangles.push(triangle);
         }
         drop(place);
-        let vertices =
-            used.iter().filter_map(|&v| stored.get(v as usize)).map(|r| r.position()).collect();
+        let mut step = 0.0_f64;
+        let vertices = used
+            .iter()
+            .filter_map(|&v| stored.get(v as usize))
+            .map(|r| {
+                let place = DVec3::from(r.position().map(f64::from));
+                let drawn = selection.position(r);
+                step = step.max(place.distance(drawn));
+                drawn.as_vec3().to_array()
+            })
+            .collect();
         let normals = tree
             .normals()
             .map(|all| used.iter().filter_map(|&v| all.get(v as usize)).map(|n| n.decode()).collect());
         let colors =
             tree.colors().map(|all| used.iter().filter_map(|&v| all.get(v as usize)).copied().collect());
-        Ok(Mesh { vertices, origin: tree.meta().origin, normals, colors, triangles, groups, collapsed })
+        Ok(Mesh { vertices, origin: tree.meta().origin, normals, colors, triangles, groups, collapsed, step })
     }
 
     /// Whether the stored positions are the input's coordinates.

@@ -83,7 +83,7 @@ pub(crate) struct Exported {
     vertices: u64,
     clusters: u64,
     collapsed: u64,
-    bound: f32,
+    bound: f64,
     by_budget: bool,
 }
 
@@ -135,8 +135,8 @@ pub(crate) fn run(settings: &Settings) -> Result<Exported, Error> {
 /// Selects, and writes the mesh into `file`.
 fn write(tree: &Tree, settings: &Settings, file: &File) -> Result<Exported, Error> {
     let mut cut = Extraction::default();
-    select(tree, settings, &mut cut)?;
-    let mesh = Mesh::new(tree, &cut)?;
+    let selection = select(tree, settings, &mut cut)?;
+    let mesh = Mesh::new(tree, &cut, &selection)?;
     if mesh.triangles.is_empty() {
         return Err(Error::Empty);
     }
@@ -156,37 +156,43 @@ fn write(tree: &Tree, settings: &Settings, file: &File) -> Result<Exported, Erro
         vertices: mesh.vertices.len() as u64,
         clusters: cut.stats.clusters,
         collapsed: mesh.collapsed,
-        bound: cut.stats.bound,
+        bound: f64::from(cut.stats.bound) + mesh.step,
         by_budget: matches!(settings.detail, Detail::Triangles(_) | Detail::Clusters(_)),
     })
 }
 
-fn select(tree: &Tree, settings: &Settings, cut: &mut Extraction) -> Result<(), Error> {
+/// Leaves the cut that is asked for in `cut`, and says how it is to be drawn.
+fn select(tree: &Tree, settings: &Settings, cut: &mut Extraction) -> Result<Selection, Error> {
+    let by_tolerance = |selection: Selection, cut: &mut Extraction| {
+        extract(tree, &selection, cut)?;
+        Ok(selection)
+    };
     let (budget, things, asked) = match settings.detail {
         Detail::Triangles(n) => (Budget::Triangles(n), "triangle", n),
         Detail::Clusters(n) => (Budget::Clusters(n), "cluster", n),
-        Detail::Full => return Ok(extract(tree, &Selection::full(), cut)?),
+        Detail::Full => return by_tolerance(Selection::full(), cut),
         Detail::Distance(distance) => {
-            return Ok(extract(tree, &Selection::uniform(distance, Order::Bound), cut)?);
+            return by_tolerance(Selection::uniform(distance, Order::Bound), cut);
         }
         Detail::View(view) => {
             let eye = DVec3::from(view.eye) - DVec3::from(tree.meta().origin);
             let view = Perspective { eye, axis: DVec3::ZERO, slope: view.slope, corner_cos: 1.0 };
-            return Ok(extract(tree, &Selection::perspective(view, Order::Bound), cut)?);
+            return by_tolerance(Selection::perspective(view, Order::Bound), cut);
         }
     };
     let count = |cut: &Extraction| match budget {
         Budget::Triangles(_) => cut.stats.triangles,
         Budget::Clusters(_) => cut.stats.clusters,
     };
-    if fit(tree, budget, cut)?.within {
-        return Ok(());
+    let fitted = fit(tree, budget, cut)?;
+    if fitted.within {
+        return Ok(fitted.selection);
     }
     // The other order keeps other vertices, and its coarsest mesh may be smaller.
     let by_budget = count(cut);
-    extract(tree, &Selection::uniform(f64::INFINITY, Order::Bound), cut)?;
+    let coarsest = by_tolerance(Selection::uniform(f64::INFINITY, Order::Bound), cut)?;
     if count(cut) <= asked {
-        return Ok(());
+        return Ok(coarsest);
     }
     let found = by_budget.min(count(cut));
     Err(Error::Budget { path: settings.input.clone(), things, asked, found })
@@ -201,7 +207,7 @@ impl fmt::Display for Exported {
             counted(self.triangles, "triangle", "triangles"),
             counted(self.vertices, "vertex", "vertices"),
             counted(self.clusters, "cluster", "clusters"),
-            self.bound
+            self.bound as f32
         )?;
         if self.by_budget {
             // The largest bound among the clusters says little about a mesh that was not chosen by it.

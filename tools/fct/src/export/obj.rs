@@ -57,6 +57,7 @@ mod tests {
     #[test]
     fn numbers_come_back_and_indices_count_from_one() {
         let mut mesh = Mesh {
+            step: 0.0,
             vertices: vec![[0.1, -2.5, 3e-7], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             origin: [0.0; 3],
             normals: None,

@@ -63,6 +63,7 @@ mod tests {
 
     fn mesh(origin: [f64; 3]) -> Mesh {
         Mesh {
+            step: 0.0,
             vertices: vec![[1.0, 2.0, 3.0]; 3],
             origin,
             normals: Some(vec![[0.0, 0.0, 1.0]; 3]),

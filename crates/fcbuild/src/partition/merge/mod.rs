@@ -34,7 +34,7 @@ use rayon::prelude::*;
 const CELL: usize = 4096;
 
 /// One cluster of a cell in so many is left.
-const SHRINK: usize = 4;
+const SHRINK: usize = 8;
 
 /// So many clusters are merged in one queue.
 const LAST_ROUND: usize = 16_384;

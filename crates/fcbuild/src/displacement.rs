@@ -1,0 +1,297 @@
+//! Where vertices are drawn in coarse meshes: beside their places, nearer to the planes of the clusters around them.
+//!
+//! The vertices of a mesh lie on the surface, so polygons between them cut off every bump. At a given tolerance a
+//! vertex is shared by some clusters of that cut, each with a plane that fits it in the mean. The vertex goes where
+//! the polygons come nearest to these planes: half the way is its own height over a plane, half the mean height of the
+//! polygon, so that a saddle, whose corners are right in the mean, stays. It is a least-squares problem of three
+//! unknowns for each vertex and tolerance, held at its place where the planes do not tell.
+
+use crate::arcs::activity::Activity;
+use crate::arcs::loops::{LAST, Loops, split_loops};
+use crate::bounds::NodeBounds;
+use crate::partition::Split;
+use crate::tree_order::TreeMesh;
+use fcgeom::SymMat3;
+use fct::VertexRecord;
+use glam::{DMat3, DVec3, Vec3};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Displacements of one vertex, in normal units, at the two shares of its budget key.
+pub(crate) type Displacement = [Vec3; LEVELS];
+
+const LEVELS: usize = VertexRecord::DISPLACED_AT.len();
+
+/// Subtrees of at most this many faces are one task.
+const TASK: usize = 8192;
+
+/// Holds a vertex to its place as a plane of this share of the clusters' area would in every direction: less lets
+/// vertices slide along nearly parallel planes, more leaves them where they are.
+const HOLD: f64 = 0.01;
+
+/// Finds the displacements of all vertices. `bounds` are nested; copies along seams get the same.
+pub(crate) fn displacements(
+    mesh: &TreeMesh,
+    splits: &[Split],
+    loops: &Loops,
+    bounds: &[NodeBounds],
+    activity: &[Activity],
+) -> Vec<Displacement> {
+    let around = Surroundings { mesh, splits, loops, bounds, activity, shared: shared_vertices(mesh) };
+    let (tasks, above) = tasks(splits, bounds, mesh.faces.len());
+    // Each task solves for the vertices that none but its own faces touch, and lists the rest.
+    let mut done: Vec<Task> = tasks.into_par_iter().map(|t| around.task(t)).collect();
+    let mut foreign = around.above(&above, &done);
+    for task in &mut done {
+        foreign.append(&mut task.foreign);
+    }
+    for (vertex, level, pull) in foreign {
+        // The runs of the tasks follow one another.
+        let place = done.partition_point(|t| t.own.end <= vertex);
+        let Some(task) = done.get_mut(place) else { continue };
+        if let Ok(i) = task.border.binary_search_by_key(&vertex, |b| b.0) {
+            task.border[i].1[level].add(&pull);
+        }
+    }
+    let mut solved = Vec::with_capacity(mesh.weld.len());
+    for task in done {
+        solved.extend(task.solved);
+        for (vertex, pulls) in task.border {
+            solved[vertex] = pulls.each_ref().map(Pull::solve);
+        }
+    }
+    for v in 0..solved.len() {
+        solved[v] = solved[mesh.weld[v] as usize];
+    }
+    solved
+}
+
+/// For each vertex whether it has copies along seams; empty if none has.
+fn shared_vertices(mesh: &TreeMesh) -> Vec<bool> {
+    let mut shared = Vec::new();
+    for (v, &w) in mesh.weld.iter().enumerate().filter(|(v, w)| *v != **w as usize) {
+        shared.resize(mesh.weld.len(), false);
+        shared[v] = true;
+        shared[w as usize] = true;
+    }
+    shared
+}
+
+/// What planes do to a vertex: the normal equations of its least squares.
+#[derive(Clone, Copy, Debug)]
+struct Pull {
+    matrix: SymMat3,
+    right: DVec3,
+    weight: f64,
+}
+
+impl Pull {
+    const NONE: Pull = Pull { matrix: SymMat3::ZERO, right: DVec3::ZERO, weight: 0.0 };
+
+    /// A plane of this normal, of which the vertex is to come down by `height`.
+    fn plane(normal: DVec3, height: f64, weight: f64) -> Pull {
+        Pull { matrix: SymMat3::outer(normal) * weight, right: normal * (-height * weight), weight }
+    }
+
+    fn add(&mut self, other: &Pull) {
+        self.matrix += other.matrix;
+        self.right += other.right;
+        self.weight += other.weight;
+    }
+
+    fn solve(&self) -> Vec3 {
+        let hold = SymMat3::IDENTITY * (HOLD * self.weight);
+        let matrix: DMat3 = (self.matrix + hold).to_dmat3();
+        let solved = matrix.inverse() * self.right;
+        if solved.is_finite() { solved.as_vec3() } else { Vec3::ZERO }
+    }
+}
+
+/// A subtree and the key of the node above it.
+struct Subtree {
+    node: usize,
+    faces: Range<usize>,
+    parent_key: f64,
+}
+
+/// What a task has found.
+struct Task {
+    /// The vertices that its faces are the first to use.
+    own: Range<usize>,
+    solved: Vec<Displacement>,
+    /// Own vertices that others pull at too, ascending.
+    border: Vec<(usize, [Pull; LEVELS])>,
+    /// Pulls at other vertices: vertex, level, pull.
+    foreign: Vec<(usize, usize, Pull)>,
+    first_face: usize,
+    area: f64,
+}
+
+struct Surroundings<'a> {
+    mesh: &'a TreeMesh,
+    splits: &'a [Split],
+    loops: &'a Loops,
+    bounds: &'a [NodeBounds],
+    activity: &'a [Activity],
+    shared: Vec<bool>,
+}
+
+/// Subtrees for tasks in order, and the nodes above them.
+fn tasks(splits: &[Split], bounds: &[NodeBounds], faces: usize) -> (Vec<Subtree>, Vec<Subtree>) {
+    let (mut tasks, mut above) = (Vec::new(), Vec::new());
+    let mut stack = vec![Subtree { node: 0, faces: 0..faces, parent_key: f64::INFINITY }];
+    while let Some(s) = stack.pop() {
+        if s.faces.len() <= TASK {
+            tasks.push(s);
+            continue;
+        }
+        let [left, right] = children(splits, bounds, &s);
+        above.push(s);
+        stack.push(right);
+        stack.push(left);
+    }
+    (tasks, above)
+}
+
+fn children(splits: &[Split], bounds: &[NodeBounds], s: &Subtree) -> [Subtree; 2] {
+    let left = splits[s.node].left_faces as usize;
+    let middle = s.faces.start + left;
+    let parent_key = f64::from(bounds[s.node].budget);
+    [
+        Subtree { node: s.node + 1, faces: s.faces.start..middle, parent_key },
+        Subtree { node: s.node + left, faces: middle..s.faces.end, parent_key },
+    ]
+}
+
+impl Surroundings<'_> {
+    fn task(&self, root: Subtree) -> Task {
+        let own = self.mesh.own_vertices(&root.faces);
+        let first_face = root.faces.start;
+        let mut areas = vec![0.0];
+        let mut area = 0.0;
+        for face in root.faces.clone() {
+            area += self.area(face);
+            areas.push(area);
+        }
+        let is_border = self.is_border(&root, &own);
+        let mut pulls = vec![[Pull::NONE; LEVELS]; own.len()];
+        let mut foreign = Vec::new();
+        let mut add = |vertex: usize, level: usize, pull: Pull| match vertex
+            .checked_sub(own.start)
+            .and_then(|v| pulls.get_mut(v))
+        {
+            Some(levels) => levels[level].add(&pull),
+            None => foreign.push((vertex, level, pull)),
+        };
+        let mut stack = vec![root];
+        while let Some(s) = stack.pop() {
+            let area = areas[s.faces.end - first_face] - areas[s.faces.start - first_face];
+            if s.faces.len() == 1 {
+                let normal = self.mesh.face_normals[s.faces.start].as_dvec3();
+                for v in self.mesh.faces[s.faces.start] {
+                    // A face is its own plane.
+                    let pull = Pull::plane(normal, 0.0, area);
+                    self.at_levels(v as usize, 0.0, s.parent_key, |v, level| add(v, level, pull));
+                }
+            } else {
+                self.pull_of_node(&s, area, &mut add);
+                let [left, right] = children(self.splits, self.bounds, &s);
+                stack.push(right);
+                stack.push(left);
+            }
+        }
+        let border = (0..pulls.len()).filter(|v| is_border[*v]).map(|v| (own.start + v, pulls[v])).collect();
+        let solved = pulls.iter().map(|levels| levels.each_ref().map(Pull::solve)).collect();
+        Task { own, solved, border, foreign, first_face, area }
+    }
+
+    /// Which of the own vertices of a subtree others may pull at.
+    fn is_border(&self, root: &Subtree, own: &Range<usize>) -> Vec<bool> {
+        let mut is_border = match self.shared.get(own.clone()) {
+            Some(shared) => shared.to_vec(),
+            None => vec![false; own.len()],
+        };
+        let mut mark = |vertex: u32| {
+            if let Some(b) = (vertex as usize).checked_sub(own.start).and_then(|v| is_border.get_mut(v)) {
+                *b = true;
+            }
+        };
+        if root.faces.len() == 1 {
+            self.mesh.faces[root.faces.start].into_iter().for_each(mark);
+        } else {
+            self.loops.of_node(root.node).iter().for_each(|h| mark(self.mesh.origin(h & !LAST)));
+        }
+        is_border
+    }
+
+    /// The pulls of the nodes above all tasks.
+    fn above(&self, nodes: &[Subtree], tasks: &[Task]) -> Vec<(usize, usize, Pull)> {
+        let mut before = vec![0.0];
+        let mut sum = 0.0;
+        for t in tasks {
+            sum += t.area;
+            before.push(sum);
+        }
+        let area_before = |face: usize| before[tasks.partition_point(|t| t.first_face < face)];
+        let mut pulls = Vec::new();
+        for s in nodes {
+            let area = area_before(s.faces.end) - area_before(s.faces.start);
+            self.pull_of_node(s, area, |v, level, pull| pulls.push((v, level, pull)));
+        }
+        pulls
+    }
+
+    /// Shows what the plane of a node does to the vertices on its boundary, as long as the node is drawn.
+    fn pull_of_node(&self, s: &Subtree, area: f64, mut show: impl FnMut(usize, usize, Pull)) {
+        let (split, key) = (&self.splits[s.node], f64::from(self.bounds[s.node].budget));
+        if !key.is_finite() || key >= s.parent_key {
+            return;
+        }
+        let normal = split.normal.as_dvec3();
+        let place = |h: u32| self.mesh.positions[self.mesh.origin(h & !LAST) as usize].as_dvec3();
+        let height = |h: u32| normal.dot(place(h)) - split.offset;
+        // The polygon in the middle of its life.
+        let middle = if s.parent_key.is_finite() { 0.5 * (key + s.parent_key) } else { 1.5 * key };
+        let (mut sum, mut length) = (0.0, 0.0);
+        for entries in split_loops(self.loops.of_node(s.node)) {
+            let active =
+                |h: &&u32| f64::from(self.activity[self.mesh.origin(**h & !LAST) as usize].budget) > middle;
+            let mut edges = entries.iter().filter(active).copied();
+            let Some(first) = edges.next() else { continue };
+            let mut from = first;
+            for to in edges.chain([first]) {
+                let edge = place(from).distance(place(to));
+                sum += 0.5 * edge * (height(from) + height(to));
+                length += edge;
+                from = to;
+            }
+        }
+        let mean = if length > 0.0 { sum / length } else { 0.0 };
+        for &h in self.loops.of_node(s.node) {
+            let v = self.mesh.origin(h & !LAST) as usize;
+            self.at_levels(v, key, s.parent_key, |v, level| {
+                show(v, level, Pull::plane(normal, 0.5 * (height(h) + mean), area));
+            });
+        }
+    }
+
+    /// The levels of a vertex at which a cluster with this key is drawn; copies along a seam count as one vertex.
+    fn at_levels(&self, vertex: usize, key: f64, parent_key: f64, mut show: impl FnMut(usize, usize)) {
+        let vertex = self.mesh.weld[vertex] as usize;
+        let own = f64::from(self.activity[vertex].budget);
+        if !own.is_finite() {
+            return;
+        }
+        for (level, share) in VertexRecord::DISPLACED_AT.into_iter().enumerate() {
+            let tolerance = share * own;
+            if tolerance >= key && tolerance < parent_key {
+                show(vertex, level);
+            }
+        }
+    }
+
+    fn area(&self, face: usize) -> f64 {
+        let [a, b, c] = self.mesh.faces[face].map(|v| self.mesh.positions[v as usize].as_dvec3());
+        0.5 * (b - a).cross(c - a).length()
+    }
+}
