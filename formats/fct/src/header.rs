@@ -219,10 +219,13 @@ fn check_version(major: u16, minor: u16) -> Result<(), Box<Violation>> {
     let mut violation = Violation::in_header(
         Rule::Version,
         8,
-        format!("the file has version {major}.{minor}, this program reads {MAJOR}.0 and later ones of {MAJOR}"),
+        format!(
+            "the file has version {major}.{minor}, this program reads {MAJOR}.0 and later ones of {MAJOR}"
+        ),
     );
     if major < MAJOR {
-        violation.remedy = Some("the file is of a trial version: build it again from its mesh, `fcbuild MESH -o OUT.fct`");
+        violation.remedy =
+            Some("the file is of a trial version: build it again from its mesh, `fcbuild MESH -o OUT.fct`");
     }
     Err(violation)
 }

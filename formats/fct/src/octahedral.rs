@@ -44,7 +44,8 @@ impl NormalRecord {
         };
         let (u, v) = (u * STEPS, v * STEPS);
         let mut best = (f64::NEG_INFINITY, Self::default());
-        for [u, v] in [[u.floor(), v.floor()], [u.ceil(), v.floor()], [u.floor(), v.ceil()], [u.ceil(), v.ceil()]]
+        for [u, v] in
+            [[u.floor(), v.floor()], [u.ceil(), v.floor()], [u.floor(), v.ceil()], [u.ceil(), v.ceil()]]
         {
             let candidate = Self { uv: [narrow(u), narrow(v)] };
             let along = dot(candidate.direction(), normal);
@@ -89,21 +90,14 @@ fn unfold([x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
     }
     let (u, v) = (x / sum, y / sum);
     // The lower half is folded outwards over the four edges of the upper one.
-    Some(if z >= 0.0 {
-        [u, v]
-    } else {
-        [(1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v)]
-    })
+    Some(if z >= 0.0 { [u, v] } else { [(1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v)] })
 }
 
 #[inline]
 fn fold([u, v]: [f64; 2]) -> [f64; 3] {
     let z = 1.0 - u.abs() - v.abs();
-    let (x, y) = if z >= 0.0 {
-        (u, v)
-    } else {
-        ((1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v))
-    };
+    let (x, y) =
+        if z >= 0.0 { (u, v) } else { ((1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v)) };
     // |x| + |y| + |z| = 1, so the length is at least 1 / sqrt 3.
     let length = (x * x + y * y + z * z).sqrt();
     [x / length, y / length, z / length]

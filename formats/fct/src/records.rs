@@ -193,7 +193,11 @@ impl VertexRecord {
         let step = f64::from(self.radius.get()) / 128.0;
         let [x, y, z] = self.position();
         let [i, j, k] = self.offset;
-        [f64::from(x) + step * f64::from(i), f64::from(y) + step * f64::from(j), f64::from(z) + step * f64::from(k)]
+        [
+            f64::from(x) + step * f64::from(i),
+            f64::from(y) + step * f64::from(j),
+            f64::from(z) + step * f64::from(k),
+        ]
     }
 
     /// Radius of the sphere.

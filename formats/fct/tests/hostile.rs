@@ -248,10 +248,7 @@ const BREAKS: &[(Rule, &[Break])] = &[
     ),
     (
         Rule::VertexOrder,
-        &[
-            Data(|s| s.packed.faces[0].vertices.rotate_left(1)),
-            Data(|s| s.packed.faces.swap(0, 1)),
-        ],
+        &[Data(|s| s.packed.faces[0].vertices.rotate_left(1)), Data(|s| s.packed.faces.swap(0, 1))],
     ),
     (
         Rule::LoopRange,

@@ -94,9 +94,7 @@ impl Stitcher {
 }
 
 fn position(records: &[VertexRecord], vertex: u32) -> DVec3 {
-    records
-        .get(vertex as usize)
-        .map_or(DVec3::ZERO, |r| DVec3::from_array(r.position().map(f64::from)))
+    records.get(vertex as usize).map_or(DVec3::ZERO, |r| DVec3::from_array(r.position().map(f64::from)))
 }
 
 /// Triangles that turn their back on the axis of a cluster of which no face does.

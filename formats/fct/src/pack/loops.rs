@@ -43,10 +43,7 @@ pub(super) fn page_loops(
             .children(index)
             .iter()
             .any(|child| matches!(child, Below::Node(child) if stored[*child] == Stored::Yes));
-        if place.faces <= SMALL_FACES as usize
-            && !below_stores
-            && (!drawn || tells(own, entries, names))
-        {
+        if place.faces <= SMALL_FACES as usize && !below_stores && (!drawn || tells(own, entries, names)) {
             stored[index] = Stored::No;
             continue;
         }

@@ -144,8 +144,10 @@ impl Packed {
     }
 
     fn append(&mut self, run: Self) -> Result<(), PackError> {
-        let links = u32::try_from(self.links.len()).map_err(|_too_long| PackError::TooLong("section LINK"))?;
-        let loops = u32::try_from(self.loops.len()).map_err(|_too_long| PackError::TooLong("section LOOP"))?;
+        let links =
+            u32::try_from(self.links.len()).map_err(|_too_long| PackError::TooLong("section LINK"))?;
+        let loops =
+            u32::try_from(self.loops.len()).map_err(|_too_long| PackError::TooLong("section LOOP"))?;
         let shifted = |x: U32, by: u32, section| {
             x.get().checked_add(by).map(U32::new).ok_or(PackError::TooLong(section))
         };

@@ -2,7 +2,7 @@
 
 use super::loops::{Stored, page_loops};
 use super::plan::PlannedPage;
-use super::{ClusterData, Clusters, Packed, PackError, cone, error_code, spheres};
+use super::{ClusterData, Clusters, PackError, Packed, cone, error_code, spheres};
 use crate::octahedral::NormalRecord;
 use crate::records::{FaceRecord, NodeRecord, PageRecord, SMALL_FACES, STORES_LOOPS, pack};
 use crate::short_float::ShortFloat;
@@ -94,9 +94,19 @@ impl Packer {
         let grid = spheres::nest(&self.data, &self.nodes, &corner).ok_or(PackError::Range(page.node))?;
 
         let locals: &[FaceRecord] = &out.faces[first_record..];
-        let (first_link, first_loop) = (offset(out.links.len(), "section LINK")?, offset(out.loops.len(), "section LOOP")?);
+        let (first_link, first_loop) =
+            (offset(out.links.len(), "section LINK")?, offset(out.loops.len(), "section LOOP")?);
         let loops_start = out.loops.len();
-        let stored = page_loops(clusters, page, &self.nodes, &self.data, locals, &names, &mut self.entries, &mut out.loops)?;
+        let stored = page_loops(
+            clusters,
+            page,
+            &self.nodes,
+            &self.data,
+            locals,
+            &names,
+            &mut self.entries,
+            &mut out.loops,
+        )?;
 
         for (index, (data, place)) in self.data.iter().zip(&self.nodes).enumerate() {
             let ball = grid.balls[index];
@@ -144,7 +154,9 @@ impl Packer {
             let left = clusters.left_faces(node) as usize;
             let Place { first, faces, .. } = self.nodes[index];
             if left == 0 || left >= faces {
-                return Err(PackError::NoTree(format!("node {node} has {left} of {faces} faces on the left")));
+                return Err(PackError::NoTree(format!(
+                    "node {node} has {left} of {faces} faces on the left"
+                )));
             }
             self.nodes[index].left = left;
             if left > 1 {

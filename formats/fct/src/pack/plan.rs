@@ -1,6 +1,6 @@
 //! Which subtrees become pages.
 
-use super::{Clusters, Packed, PackError, PageRun, page};
+use super::{Clusters, PackError, Packed, PageRun, page};
 use crate::records::{MAX_PAGE_FACES, MAX_PAGE_VERTICES, PAGE_BIT};
 use std::ops::Range;
 
@@ -57,7 +57,13 @@ impl Plan {
             let cluster = &faces[first_face as usize..(first_face + faces_here) as usize];
             let vertices = if faces_here <= most { seen.count(cluster, first_vertex)? } else { None };
             let name = if let Some((_, own_vertices)) = vertices {
-                plan.pages.push(PlannedPage { node, first_face, faces: faces_here, first_vertex, own_vertices });
+                plan.pages.push(PlannedPage {
+                    node,
+                    first_face,
+                    faces: faces_here,
+                    first_vertex,
+                    own_vertices,
+                });
                 first_vertex += own_vertices;
                 plan.pages.len() as u32 - 1 | PAGE_BIT
             } else {
@@ -65,7 +71,9 @@ impl Plan {
                 plan.tops.push(PlannedTop { node, first_face, children: [0; 2] });
                 let left = clusters.left_faces(node);
                 if left == 0 || left >= faces_here {
-                    return Err(PackError::NoTree(format!("node {node} has {left} of {faces_here} faces on the left")));
+                    return Err(PackError::NoTree(format!(
+                        "node {node} has {left} of {faces_here} faces on the left"
+                    )));
                 }
                 stack.push((Some((top, 1)), node + left, first_face + left, faces_here - left));
                 stack.push((Some((top, 0)), node + 1, first_face, left));

@@ -18,7 +18,8 @@ impl BoundingPolygonRecord {
         normal: [f32; 3],
         points: impl IntoIterator<Item = [f32; 3]>,
     ) -> Self {
-        let mut record = Self { node: index.into(), normal: FineNormalRecord::encode(normal), ..Self::default() };
+        let mut record =
+            Self { node: index.into(), normal: FineNormalRecord::encode(normal), ..Self::default() };
         let frame = BoundingPolygon::new(&record, node);
         let mut low = [f64::INFINITY; 5];
         let mut high = [f64::NEG_INFINITY; 5];

@@ -2,7 +2,7 @@
 
 use super::loops::encode_top;
 use super::page::offset;
-use super::{Clusters, Packed, PackError, Plan};
+use super::{Clusters, PackError, Packed, Plan};
 use crate::node::Node;
 use crate::records::{PAGE_BIT, TopRecord, pack as stored};
 use crate::short_float::single_up;

@@ -152,7 +152,8 @@ impl Walk<'_> {
                 }
                 self.used_tops = self.used_tops.saturating_add(1);
                 let top = to_index(record).and_then(|i| self.reader.tops.get(i));
-                let range = top.and_then(|t| Some(to_index(t.loop_start.get())?..to_index(t.loop_end.get())?));
+                let range =
+                    top.and_then(|t| Some(to_index(t.loop_start.get())?..to_index(t.loop_end.get())?));
                 let Some(Range { start, end }) = range.filter(|r| r.start <= r.end) else {
                     return broken(Rule::LoopRange, "its loops end before they begin".to_owned());
                 };
@@ -242,12 +243,16 @@ impl Walk<'_> {
     /// After the last face nothing may be left over.
     fn check_ends(&self) -> Result<(), Box<Violation>> {
         let reader = self.reader;
-        let broken = |rule, section: &str, found| Err(Violation::new(rule, format!("section {section}"), found));
+        let broken =
+            |rule, section: &str, found| Err(Violation::new(rule, format!("section {section}"), found));
         if to_index(self.used_vertices) != Some(reader.vertices.len()) {
             let found = format!("the faces use {} of {} vertices", self.used_vertices, reader.vertices.len());
             return broken(Rule::VertexOrder, "VERT", found);
         }
-        let ends = [("LOOP", self.loop_end, reader.loops.len()), ("TOPL", self.top_loop_end, reader.top_loops.len())];
+        let ends = [
+            ("LOOP", self.loop_end, reader.loops.len()),
+            ("TOPL", self.top_loop_end, reader.top_loops.len()),
+        ];
         for (section, end, all) in ends {
             if end != all {
                 return broken(Rule::LoopCover, section, format!("nodes own {end} of its {all} bytes"));

@@ -28,7 +28,8 @@ pub(crate) fn check(reader: &Reader<'_>) -> Result<(), Box<Violation>> {
             check_place(page, &owned)?;
             check_names(page, reader)
         };
-        check().map_err(|(rule, found)| Violation::new(rule, format!("section PAGE, page {index}"), found))?;
+        check()
+            .map_err(|(rule, found)| Violation::new(rule, format!("section PAGE, page {index}"), found))?;
         owned = Owned {
             faces: owned.faces.saturating_add(page.faces.into()),
             vertices: owned.vertices.saturating_add(page.own_vertices.get().into()),
@@ -67,10 +68,7 @@ fn check_grid(page: &PageRecord) -> Result<(), Broken> {
     if is_power && exact {
         return Ok(());
     }
-    Err((
-        Rule::Grid,
-        format!("its quantum is {quantum:e} and its grid begins at {:?}", unpack(page.origin)),
-    ))
+    Err((Rule::Grid, format!("its quantum is {quantum:e} and its grid begins at {:?}", unpack(page.origin))))
 }
 
 /// Whether a positive finite number is a power of two.
@@ -98,7 +96,8 @@ fn check_place(page: &PageRecord, owned: &Owned) -> Result<(), Broken> {
     ];
     for (what, begins, before) in begins {
         if begins.get() != before {
-            let found = format!("its {what} begin at {begins}, and those of the pages before it end at {before}");
+            let found =
+                format!("its {what} begin at {begins}, and those of the pages before it end at {before}");
             return Err((Rule::PageRange, found));
         }
     }

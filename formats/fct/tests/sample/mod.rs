@@ -171,8 +171,9 @@ impl Sample {
     /// Packs what is plain once more.
     pub(crate) fn pack(&mut self) {
         let plan = Plan::new(&self.plain, self.page_faces).unwrap();
-        let runs: Vec<_> =
-            (0..plan.page_count()).map(|page| plan.pack_pages(&self.plain, page..page + 1).unwrap()).collect();
+        let runs: Vec<_> = (0..plan.page_count())
+            .map(|page| plan.pack_pages(&self.plain, page..page + 1).unwrap())
+            .collect();
         self.packed = Packed::assemble(&self.plain, &plan, runs).unwrap();
         self.bounding_polygons.clear();
         for (index, node) in self.packed.decoded(&plan) {

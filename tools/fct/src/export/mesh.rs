@@ -66,8 +66,7 @@ impl Mesh {
             triangles.push(triangle);
         }
         drop(place);
-        let vertices =
-            used.iter().filter_map(|&v| stored.get(v as usize)).map(|r| r.position()).collect();
+        let vertices = used.iter().filter_map(|&v| stored.get(v as usize)).map(|r| r.position()).collect();
         let normals = tree
             .normals()
             .map(|all| used.iter().filter_map(|&v| all.get(v as usize)).map(|n| n.decode()).collect());
