@@ -55,8 +55,7 @@ fn a_mesh_scaled_by_a_power_of_two_gives_the_scaled_tree() {
             if a.face_count() == 1 {
                 continue;
             }
-            let [n, m] =
-                [one.node(&a), other.node(&b)].map(|node| node.unwrap_or_else(|e| panic!("{e}")));
+            let [n, m] = [one.node(&a), other.node(&b)].map(|node| node.unwrap_or_else(|e| panic!("{e}")));
             assert_eq!(n.center.map(|x| x * factor), m.center);
             assert_eq!(n.radius * factor, m.radius);
             assert_eq!(n.bound * factor, m.bound);

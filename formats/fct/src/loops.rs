@@ -72,55 +72,114 @@ pub(crate) fn read_stored<'a>(bytes: &'a [u8], mut show: impl FnMut(&'a [u8])) -
     }
 }
 
-/// The most directed edges of a small node.
+/// The most edges on the boundary of a small node.
 const MOST_EDGES: usize = 3 * SMALL_FACES as usize;
 
-/// The loops of a node of at most [`SMALL_FACES`] faces, as local indices: the edges that no other face walks the
-/// other way, in the order of faces and corners, each loop from its first such edge on.
+/// The loops of a node of at most [`SMALL_FACES`] faces, as local indices: the cycles of the edges that no other face
+/// walks the other way.
 ///
 /// Exact where at most one of these edges starts at each vertex; the packer stores the loops of all other nodes.
 /// Shows each entry, with whether it is the last of its loop.
 #[inline]
 pub(crate) fn follow_faces(faces: &[[u8; 3]], mut show: impl FnMut(u8, bool)) {
+    let mut ring = Ring::default();
+    for face in faces {
+        // A face that does not touch the ones before along one stretch is for the slow way.
+        if !ring.add(*face) {
+            return follow_edges(faces, show);
+        }
+    }
+    let edges = ring.edges.get(..ring.count).unwrap_or_default();
+    for (i, (from, _)) in edges.iter().enumerate() {
+        show(*from, i.saturating_add(1) == edges.len());
+    }
+}
+
+/// A single loop of directed edges, each starting where the one before ends.
+#[derive(Default)]
+struct Ring {
+    edges: [(u8, u8); MOST_EDGES],
+    count: usize,
+}
+
+impl Ring {
+    /// Grows around a face that shares one stretch of edges with the loop; says whether it does.
+    #[inline]
+    fn add(&mut self, [a, b, c]: [u8; 3]) -> bool {
+        if self.count == 0 {
+            if let Some(start) = self.edges.first_chunk_mut() {
+                *start = [(a, b), (b, c), (c, a)];
+            }
+            self.count = 3;
+            return true;
+        }
+        let mut shared = 0_usize;
+        let mut at = 0_usize;
+        let mut beyond = 0_u8;
+        for (i, edge) in self.edges.iter().take(self.count).enumerate() {
+            let corner = if *edge == (b, a) {
+                c
+            } else if *edge == (c, b) {
+                a
+            } else if *edge == (a, c) {
+                b
+            } else {
+                continue;
+            };
+            shared = shared.saturating_add(1);
+            at = i;
+            beyond = corner;
+        }
+        // Two edges and more close around a vertex, or join the loop with itself.
+        if shared != 1 || self.count >= MOST_EDGES {
+            return false;
+        }
+        let after = at.saturating_add(1);
+        self.edges.copy_within(after..self.count, after.saturating_add(1));
+        if let Some([edge, added]) = self.edges.get_mut(at..).and_then(<[_]>::first_chunk_mut) {
+            *added = (beyond, edge.1);
+            edge.1 = beyond;
+        }
+        self.count = self.count.saturating_add(1);
+        true
+    }
+}
+
+/// The same for any few faces.
+fn follow_edges(faces: &[[u8; 3]], mut show: impl FnMut(u8, bool)) {
     let mut edges = [(0_u8, 0_u8); MOST_EDGES];
     let mut count = 0_usize;
     for &[a, b, c] in faces {
-        for edge in [(a, b), (b, c), (c, a)] {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
             let known = edges.get_mut(..count).unwrap_or_default();
-            match known.iter().position(|e| *e == (edge.1, edge.0)) {
-                // Taking both out in place keeps the others in order.
+            match known.iter().position(|e| *e == (to, from)) {
+                // The order of the others does not matter.
                 Some(twin) => {
-                    if let Some(later) = known.get_mut(twin..) {
-                        later.rotate_left(1);
-                    }
-                    count = count.saturating_sub(1);
+                    let last = count.saturating_sub(1);
+                    known.swap(twin, last);
+                    count = last;
                 }
                 None => {
                     if let Some(slot) = edges.get_mut(count) {
-                        *slot = edge;
+                        *slot = (from, to);
                         count = count.saturating_add(1);
                     }
                 }
             }
         }
     }
-    let edges = edges.get(..count).unwrap_or_default();
-    let mut used = 0_u32;
-    for (start, &(first, _)) in edges.iter().enumerate() {
-        if used >> start & 1 != 0 {
-            continue;
-        }
-        let mut at = start;
-        // Each round uses an edge up, so this ends on any bytes.
-        while let Some(&(from, to)) = edges.get(at) {
-            used |= 1 << at;
-            let following = edges.iter().enumerate().position(|(i, e)| e.0 == to && used >> i & 1 == 0);
-            let ends = to == first || following.is_none();
-            show(from, ends);
-            match following {
-                Some(next) if !ends => at = next,
-                _ => break,
-            }
+    // Each round takes an edge away, so this ends on any bytes.
+    while let Some((&(first, mut to), _)) = edges.get(..count).and_then(<[_]>::split_last) {
+        count = count.saturating_sub(1);
+        let mut from = first;
+        loop {
+            let rest = edges.get_mut(..count).unwrap_or_default();
+            let following = if to == first { None } else { rest.iter().position(|e| e.0 == to) };
+            show(from, following.is_none());
+            let Some(next) = following else { break };
+            count = count.saturating_sub(1);
+            rest.swap(next, count);
+            (from, to) = edges.get(count).copied().unwrap_or_default();
         }
     }
 }
@@ -167,6 +226,7 @@ pub(crate) fn read_top(mut bytes: &[u8], out: &mut Loops) -> Option<()> {
 mod tests {
     use super::{Loops, follow_faces, read_stored, read_top, read_varint};
 
+    /// Each loop from its lowest vertex on, in order.
     fn loops_of(faces: &[[u8; 3]]) -> Vec<Vec<u8>> {
         let mut loops = vec![Vec::new()];
         follow_faces(faces, |vertex, last| {
@@ -176,21 +236,33 @@ mod tests {
             }
         });
         assert_eq!(loops.pop(), Some(Vec::new()), "the last loop ends");
+        for ring in &mut loops {
+            let lowest = (0..ring.len()).min_by_key(|i| ring[*i]).unwrap();
+            ring.rotate_left(lowest);
+        }
+        loops.sort();
         loops
     }
 
     #[test]
     fn small_clusters_have_the_loops_of_their_faces() {
         assert_eq!(loops_of(&[[4, 5, 6]]), [[4, 5, 6]]);
-        assert_eq!(loops_of(&[[0, 1, 2], [0, 2, 3]]), [[0, 1, 2, 3]]);
+        for turn in 0..3 {
+            let mut other = [0, 2, 3];
+            other.rotate_left(turn);
+            assert_eq!(loops_of(&[[0, 1, 2], other]), [[0, 1, 2, 3]]);
+            assert_eq!(loops_of(&[other, [0, 1, 2], [3, 2, 4]]), [[0, 1, 2, 4, 3]]);
+        }
         // A fan that closes around vertex 0.
         assert_eq!(loops_of(&[[0, 1, 2], [0, 2, 3], [0, 3, 1]]), [[1, 2, 3]]);
-        // A tetrahedron has none, two faces apart have two.
+        // A tetrahedron has none, two faces apart have two, until a third joins them.
         assert!(loops_of(&[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]).is_empty());
         assert_eq!(loops_of(&[[0, 1, 2], [3, 4, 5]]), [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(loops_of(&[[0, 1, 2], [3, 4, 5], [3, 5, 6]]), [vec![0, 1, 2], vec![3, 4, 5, 6]]);
+        assert_eq!(loops_of(&[[0, 1, 2], [3, 4, 1], [1, 4, 2]]), [[0, 1, 3, 4, 2]]);
         // A ring of six faces has an inner and an outer rim.
         let ring = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]];
-        assert_eq!(loops_of(&ring), [[0, 1, 2], [4, 3, 5]]);
+        assert_eq!(loops_of(&ring), [[0, 1, 2], [3, 5, 4]]);
     }
 
     #[test]

@@ -113,6 +113,7 @@ impl<'a> Reader<'a> {
         self.decode(subtree).map_err(|violation| violation.at(self.path))
     }
 
+    #[inline]
     pub(crate) fn decode(&self, subtree: &Subtree) -> Result<Node, Broken> {
         match subtree.place {
             Place::Top { record } => Ok(Node::of_top(self.top(record)?)),
@@ -132,6 +133,7 @@ impl<'a> Reader<'a> {
         self.split(subtree).map_err(|violation| violation.at(self.path))
     }
 
+    #[inline]
     pub(crate) fn split(&self, subtree: &Subtree) -> Result<[Subtree; 2], Broken> {
         match subtree.place {
             Place::Top { record } => self.split_top(subtree, record),
@@ -139,6 +141,7 @@ impl<'a> Reader<'a> {
         }
     }
 
+    #[inline]
     fn split_in_page(
         &self,
         subtree: &Subtree,
@@ -152,11 +155,7 @@ impl<'a> Reader<'a> {
         let left_faces =
             u32::from(if faces <= SMALL_FACES { node.left_faces & !STORES_LOOPS } else { node.left_faces });
         if left_faces == 0 || left_faces >= faces {
-            return Err(Violation::new(
-                Rule::FaceRange,
-                subtree.to_string(),
-                format!("{left_faces} of its {faces} faces are on the left"),
-            ));
+            return Err(wrong_split(left_faces, subtree));
         }
         let (mut left_loops, mut right_loops) = (loops, loops);
         if stores {
@@ -343,6 +342,7 @@ impl<'a> Reader<'a> {
         self.face(&face).map(|[first, ..]| first)
     }
 
+    #[inline]
     pub(crate) fn corners(&self, subtree: &Subtree) -> Result<[u32; 3], Broken> {
         let Place::Page { page, .. } = subtree.place else {
             return Err(no_such_face(subtree));
@@ -384,13 +384,7 @@ impl<'a> Reader<'a> {
             let first = p.first_face.get();
             first <= subtree.first_face && subtree.face_end <= first.saturating_add(u32::from(p.faces))
         });
-        found.ok_or_else(|| {
-            Violation::new(
-                Rule::ChildPlace,
-                format!("section PAGE, page {page}"),
-                format!("it does not own the faces {}..{}", subtree.first_face, subtree.face_end),
-            )
-        })
+        found.ok_or_else(|| not_owned(page, subtree))
     }
 
     /// The page and the record of a node within it.
@@ -405,14 +399,11 @@ impl<'a> Reader<'a> {
         let found = to_index(record).filter(|_| subtree.face_count() > 1).and_then(|i| self.nodes.get(i));
         match found {
             Some(node) => Ok((page, node)),
-            None => Err(Violation::new(
-                Rule::ChildPlace,
-                subtree.to_string(),
-                format!("its record would be number {record} of {} in section NODE", self.nodes.len()),
-            )),
+            None => Err(no_such_node(record, self.nodes.len(), subtree)),
         }
     }
 
+    #[inline]
     fn small_stores_loops(&self, subtree: &Subtree) -> Result<bool, Broken> {
         match subtree.place {
             Place::Page { page, record, .. } if subtree.face_count() > 1 => {
@@ -446,16 +437,7 @@ impl<'a> Reader<'a> {
         let links =
             first.and_then(|first| self.links.get(first..first.checked_add(usize::from(page.links.get()))?));
         let Some(links) = links else {
-            return Err(Violation::new(
-                Rule::VertexIndex,
-                subtree.to_string(),
-                format!(
-                    "its page has the links {} to {} of {}",
-                    page.first_link.get(),
-                    u64::from(page.first_link.get()).saturating_add(u64::from(page.links.get())),
-                    self.links.len()
-                ),
-            ));
+            return Err(no_such_links(page, self.links.len(), subtree));
         };
         Ok(Locals {
             first_vertex: page.first_vertex.get(),
@@ -525,6 +507,7 @@ impl Locals<'_> {
         (vertex < self.vertices).then_some(vertex)
     }
 
+    #[cold]
     fn violation(&self, local: u8, subtree: &Subtree) -> Broken {
         Violation::new(
             Rule::VertexIndex,
@@ -557,6 +540,30 @@ fn child_of(parent: &Subtree, nodes: u32, faces: u32, first_face: u32) -> ChildR
 
 fn name_of(child: u32) -> String {
     if child & PAGE_BIT == 0 { format!("top node {child}") } else { format!("page {}", child & !PAGE_BIT) }
+}
+
+#[cold]
+fn not_owned(page: u32, subtree: &Subtree) -> Broken {
+    let found = format!("it does not own the faces {}..{}", subtree.first_face, subtree.face_end);
+    Violation::new(Rule::ChildPlace, format!("section PAGE, page {page}"), found)
+}
+
+#[cold]
+fn no_such_node(record: u32, nodes: usize, subtree: &Subtree) -> Broken {
+    let found = format!("its record would be number {record} of {nodes} in section NODE");
+    Violation::new(Rule::ChildPlace, subtree.to_string(), found)
+}
+
+#[cold]
+fn no_such_links(page: &PageRecord, links: usize, subtree: &Subtree) -> Broken {
+    let found = format!("its page has {} links from {} on, of {links}", page.links, page.first_link);
+    Violation::new(Rule::VertexIndex, subtree.to_string(), found)
+}
+
+#[cold]
+fn wrong_split(left: u32, subtree: &Subtree) -> Broken {
+    let found = format!("{left} of its {} faces are on the left", subtree.face_count());
+    Violation::new(Rule::FaceRange, subtree.to_string(), found)
 }
 
 #[cold]
