@@ -29,6 +29,8 @@ step cargo fetch --locked
 step cargo fmt --all --check
 step cargo build --release --workspace --locked
 step cargo test --release --workspace --locked
+# Into target/: what is committed is made with scans, which are not here.
+step cargo run --release --package xtask --locked -- figures --quick
 # Lints and documents in the release profile too: build scripts and macros are then those of the build above.
 step cargo clippy --release --workspace --all-targets --locked -- -D warnings
 # The viewer without its window is a build of its own.

@@ -1,5 +1,6 @@
-//! What developers run: `cargo xtask data` writes the sample meshes, `cargo xtask campaign` runs the long tests,
-//! `cargo xtask bench` measures quality and speed beside those of other programs.
+//! What developers run: `cargo xtask data` writes the sample meshes, `cargo xtask figures` the figures of the papers,
+//! `cargo xtask campaign` runs the long tests, `cargo xtask bench` measures quality and speed beside those of other
+//! programs.
 //!
 //! This file only parses the command line and hands over; each subcommand has a module of its own.
 
@@ -10,6 +11,7 @@ use clap::{Parser, Subcommand};
 mod bench;
 mod campaign;
 mod data;
+mod figures;
 
 /// Tasks of the workspace that are no part of the product.
 #[derive(Debug, Parser)]
@@ -23,6 +25,8 @@ struct Cli {
 enum Task {
     /// Write the sample meshes, the same bytes on every run.
     Data(data::Args),
+    /// Draw the figures of the papers, and the page that explains them.
+    Figures(figures::Args),
     /// Run the tests that take minutes or need real scans.
     Campaign(campaign::Args),
     /// Measure beside other programs, and check every answer.
@@ -33,6 +37,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Data(args) => data::run(&args).map_err(Into::into),
+        Task::Figures(args) => figures::run(&args),
         Task::Campaign(args) => campaign::run(&args),
         Task::Bench(bench) => bench::run(&bench),
     };

@@ -22,8 +22,9 @@ mod terrain;
 #[cfg(test)]
 pub(crate) mod topology;
 
-use circle::circle;
+pub(crate) use circle::circle;
 use ply_out::Mesh;
+pub(crate) use sculpture::sculpture;
 
 /// What `cargo xtask data` is told.
 #[derive(Debug, clap::Args)]
@@ -89,7 +90,7 @@ pub(crate) fn run(args: &Args) -> Result<(), DataError> {
     fs::create_dir_all(folder).map_err(|source| DataError::io(folder, source))?;
     if let Some(faces) = args.large {
         let path = out.join(format!("sculpture-{}.ply", short(faces)));
-        return write(&path, &sculpture::sculpture(faces)?, sculpture::COMMENT);
+        return write(&path, &sculpture(faces)?, sculpture::COMMENT);
     }
     for (name, bytes) in odd::files() {
         let path = odd.join(name);
@@ -98,7 +99,7 @@ pub(crate) fn run(args: &Args) -> Result<(), DataError> {
     }
     write(&out.join("terrain.ply"), &terrain::terrain(), "height field with holes")?;
     write(&out.join("parts.ply"), &parts::parts(), "forty separate pieces")?;
-    write(&out.join("sculpture.ply"), &sculpture::sculpture(args.faces)?, sculpture::COMMENT)
+    write(&out.join("sculpture.ply"), &sculpture(args.faces)?, sculpture::COMMENT)
 }
 
 fn write(path: &Path, mesh: &Mesh, comment: &str) -> Result<(), DataError> {
