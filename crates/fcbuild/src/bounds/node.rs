@@ -128,7 +128,9 @@ impl<'a> Measurer<'a> {
             }
         }
         let from_corners = bound.is_none();
-        let bound = bound.unwrap_or_else(|| distance::from_corners(&self.points, &mut self.corners));
+        let bound = bound.unwrap_or_else(|| {
+            distance::from_corners(&self.points, longest_edge(mesh, &at.faces), &mut self.corners)
+        });
         // A node that must be refined in every order: the root of a closed surface, a join of components.
         let never_drawn = bound == f64::INFINITY;
         let budget = if never_drawn { f64::INFINITY } else { split.key };
@@ -141,6 +143,15 @@ impl<'a> Measurer<'a> {
         let follows_cone = !from_corners && split.normal.dot(cone.axis) > FOLLOWS;
         (NodeBounds { bound, budget, sphere, cone, from_corners, follows_cone }, polygon)
     }
+}
+
+/// Of some faces, in normal units.
+fn longest_edge(mesh: &TreeMesh, faces: &Range<usize>) -> f32 {
+    let squared = |f: &[u32; 3]| {
+        let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
+        a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
+    };
+    mesh.faces[faces.clone()].iter().map(squared).fold(0.0, f32::max).sqrt()
 }
 
 /// The smaller of two spheres: the cluster's own, grown over the children's, or the one around the children's.

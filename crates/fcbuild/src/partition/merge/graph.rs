@@ -169,38 +169,7 @@ impl<'a> Graph<'a> {
         self.queue.remove(e);
         self.edges[e as usize].clusters = [NONE; 2];
 
-        // The edges of both, relinked to the union; of two that lead to the same neighbour one is left.
-        let mut kept = NONE;
-        let mut link = self.head[a as usize];
-        while link != NONE {
-            let following = self.next[link as usize];
-            let other = self.edges[link as usize / 2].clusters[1 - link as usize % 2];
-            if other != NONE {
-                self.edge_to[other as usize] = link / 2;
-                self.next[link as usize] = std::mem::replace(&mut kept, link);
-            }
-            link = following;
-        }
-        let mut link = self.head[b as usize];
-        while link != NONE {
-            let following = self.next[link as usize];
-            let f = link as usize / 2;
-            let other = self.edges[f].clusters[1 - link as usize % 2];
-            if other != NONE {
-                let same = self.edge_to[other as usize];
-                if same == NONE {
-                    self.edges[f].clusters[link as usize % 2] = a;
-                    self.edge_to[other as usize] = f as u32;
-                    self.next[link as usize] = std::mem::replace(&mut kept, link);
-                } else {
-                    let piece = self.edges[f];
-                    self.edges[same as usize].absorb(&piece);
-                    self.edges[f].clusters = [NONE; 2];
-                    self.queue.remove(f as u32);
-                }
-            }
-            link = following;
-        }
+        let kept = self.join_edges([a, b]);
         self.head[a as usize] = kept;
         let mut link = kept;
         while link != NONE {
@@ -210,6 +179,38 @@ impl<'a> Graph<'a> {
             self.queue.set(link / 2, cost);
             link = self.next[link as usize];
         }
+    }
+
+    /// Relinks the edges of two clusters to the first. Of several that lead to the same neighbour one is left, and none
+    /// of those between the two.
+    fn join_edges(&mut self, [a, b]: [u32; 2]) -> u32 {
+        let mut kept = NONE;
+        for cluster in [a, b] {
+            let mut link = self.head[cluster as usize];
+            while link != NONE {
+                let following = self.next[link as usize];
+                let (f, side) = (link as usize / 2, link as usize % 2);
+                let other = self.edges[f].clusters[1 - side];
+                if other == a || other == b {
+                    self.edges[f].clusters = [NONE; 2];
+                    self.queue.remove(f as u32);
+                } else if other != NONE {
+                    let same = self.edge_to[other as usize];
+                    if same == NONE {
+                        self.edges[f].clusters[side] = a;
+                        self.edge_to[other as usize] = f as u32;
+                        self.next[link as usize] = std::mem::replace(&mut kept, link);
+                    } else {
+                        let piece = self.edges[f];
+                        self.edges[same as usize].absorb(&piece);
+                        self.edges[f].clusters = [NONE; 2];
+                        self.queue.remove(f as u32);
+                    }
+                }
+                link = following;
+            }
+        }
+        kept
     }
 
     fn finish(mut self) -> Merged {

@@ -152,3 +152,18 @@ fn the_curve_visits_all_and_keeps_neighbours_near() {
     let steps = order.windows(2).map(|w| points[w[0] as usize].distance(points[w[1] as usize]));
     assert!(steps.sum::<f64>() < 2.0 * 4096.0);
 }
+
+/// Two faces that share two edges, and three around a point: parallel edges must not tie a cluster to itself.
+#[test]
+fn faces_that_meet_along_several_edges_merge_once() {
+    let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.2, 0.2, 0.5]];
+    for triangles in [vec![[0, 1, 2], [0, 2, 1]], vec![[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]]] {
+        let mesh = mesh_of(&positions, triangles);
+        let components = Components::of(&mesh);
+        let tree = merge_all(&mesh, &components, Rule::Quality, &|_| ()).unwrap();
+        let mut order = tree.order.clone();
+        order.sort_unstable();
+        assert!(order.into_iter().eq(0..mesh.faces.len() as u32));
+        assert_connected(&mesh, &tree);
+    }
+}
