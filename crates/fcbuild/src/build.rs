@@ -147,21 +147,23 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     let measure = |at: corners::Cornered<'_>| bounds::measure(&mesh, &splits[at.node], &at);
     let (registrations, measured) = corners::register(&mesh, &splits, &loops, &anchored, &measure);
     let mut nodes = bounds::combine(&mesh, &splits, &measured);
-    let clusters =
-        clusters::pack(&mesh, &splits, &loops, &mut nodes, &|node| measured[node].polygon.is_some())?;
-    let mut activity = activity::gather(&mesh.weld, &registrations, &curve_records, &nodes);
-    let keys: Vec<f64> = activity.iter().map(|a| a.bound).collect();
     let covered: Vec<bool> = measured.iter().map(|m| m.from_corners).collect();
+    let outline = |node: usize| measured[node].polygon.as_deref().map(|p| p.normal);
+    let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, &outline)?;
+    drop(measured);
+    let mut activity = activity::gather(&mesh.weld, &registrations, &curve_records, &nodes);
+    drop((registrations, curve_records));
+    let keys: Vec<f64> = activity.iter().map(|a| a.bound).collect();
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &covered, &keys);
     activity::raise(&mesh.weld, &uncovered, &mut activity);
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }
-    drop((registrations, nodes));
+    drop((nodes, covered, keys, uncovered));
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);
-    let mut records = Records::new(mesh, &splits, loops, measured, clusters, activity)?;
+    let mut records = Records::new(mesh, &splits, loops, clusters, activity)?;
     records.groups = groups;
     for v in &records.vertices {
         for (axis, x) in v.position.iter().enumerate() {

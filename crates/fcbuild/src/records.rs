@@ -2,13 +2,12 @@
 
 use crate::arcs::activity::Activity;
 use crate::arcs::loops::{LAST, Loops};
-use crate::bounds::Measured;
-use crate::clusters::{PackedClusters, Scale};
+use crate::clusters::{Outlined, PackedClusters, Scale};
 use crate::error::Error;
 use crate::mesh::units::too_large;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
-use fct::{BoundingPolygonRecord, GroupRecord, Node, NormalRecord, Packed, U32, VertexRecord, WeldRecord};
+use fct::{BoundingPolygonRecord, GroupRecord, NormalRecord, Packed, U32, VertexRecord, WeldRecord};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -34,14 +33,13 @@ impl Records {
         mesh: TreeMesh,
         splits: &[Split],
         loops: Loops,
-        measured: Vec<Measured>,
         clusters: PackedClusters,
         activity: Vec<Activity>,
     ) -> Result<Records, Error> {
-        let polygons = polygon_records(&mesh, splits, &loops, &measured, &clusters.outlined);
+        let polygons = polygon_records(&mesh, splits, &loops, &clusters.outlined);
         let scale = Scale(mesh.units.length());
         let TreeMesh { stored, normals, colors, weld, .. } = mesh;
-        drop((loops, measured));
+        drop(loops);
         let vertices: Option<Vec<VertexRecord>> =
             stored.par_iter().zip(&activity).map(|(p, a)| vertex_record(scale, *p, a)).collect();
         drop((stored, activity));
@@ -80,12 +78,11 @@ fn polygon_records(
     mesh: &TreeMesh,
     splits: &[Split],
     loops: &Loops,
-    measured: &[Measured],
-    outlined: &[(u32, Node)],
+    outlined: &[Outlined],
 ) -> Vec<BoundingPolygonRecord> {
     let ranges = face_ranges(splits, mesh.faces.len(), outlined);
-    let record = |((index, node), faces): (&(u32, Node), Range<usize>)| {
-        let normal = measured[*index as usize].polygon.as_deref().map_or(Vec3::Z, |p| p.normal);
+    let record = |(outlined, faces): (&Outlined, Range<usize>)| {
+        let Outlined { index, node, normal } = outlined;
         let border = loops.of_node(*index as usize).iter().map(|h| mesh.origin(h & !LAST) as usize);
         let own = mesh.own_vertices(&faces);
         let points = own.clone().chain(border.filter(|v| *v < own.start));
@@ -96,11 +93,11 @@ fn polygon_records(
 }
 
 /// The faces of some nodes, which stand in preorder.
-fn face_ranges(splits: &[Split], faces: usize, wanted: &[(u32, Node)]) -> Vec<Range<usize>> {
+fn face_ranges(splits: &[Split], faces: usize, wanted: &[Outlined]) -> Vec<Range<usize>> {
     let mut ranges = Vec::with_capacity(wanted.len());
     let mut stack = vec![(0, 0..faces)];
     while let Some((node, range)) = stack.pop() {
-        let Some((next, _)) = wanted.get(ranges.len()) else { break };
+        let Some(Outlined { index: next, .. }) = wanted.get(ranges.len()) else { break };
         // A subtree of k faces heads k - 1 nodes: those that are not wanted are stepped over whole.
         if range.len() < 2 || node + range.len() - 1 <= *next as usize {
             continue;

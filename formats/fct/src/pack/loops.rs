@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn loops_above_the_pages_come_back() {
         let last = LOOP_END;
-        let entries = [5, 1_000_000, (1 << 31) - 1 | last, 7, 0, 700_000_000 | last];
+        let entries = [5, 1_000_000, ((1 << 31) - 1) | last, 7, 0, 700_000_000 | last];
         let mut bytes = Vec::new();
         encode_top(&entries, &mut bytes);
         let mut loops = Loops::default();

@@ -52,7 +52,7 @@ impl Plan {
             return Err(PackError::NoTree("there are no faces".to_owned()));
         }
         // The top node whose child it is and on which side, the node, its first face and its faces.
-        let mut stack: Vec<(Option<(usize, usize)>, u32, u32, u32)> = vec![(None, 0, 0, count)];
+        let mut stack = vec![(None::<(usize, usize)>, 0, 0, count)];
         while let Some((parent, node, first_face, faces_here)) = stack.pop() {
             let cluster = &faces[first_face as usize..(first_face + faces_here) as usize];
             let vertices = if faces_here <= most { seen.count(cluster, first_vertex)? } else { None };
@@ -65,7 +65,7 @@ impl Plan {
                     own_vertices,
                 });
                 first_vertex += own_vertices;
-                plan.pages.len() as u32 - 1 | PAGE_BIT
+                (plan.pages.len() as u32 - 1) | PAGE_BIT
             } else {
                 let top = plan.tops.len();
                 plan.tops.push(PlannedTop { node, first_face, children: [0; 2] });

