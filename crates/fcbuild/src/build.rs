@@ -156,8 +156,12 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     if mode == SplitMode::Quality {
         bounds::raise_keys(&mut nodes);
     }
-    let is_outlined = |node: usize| polygons.binary_search_by_key(&node, |p| p.0 as usize).is_ok();
-    let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, &is_outlined)?;
+    let outline = |node: usize| {
+        let found = polygons.binary_search_by_key(&node, |p| p.0 as usize).ok()?;
+        Some(polygons[found].1.normal)
+    };
+    let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, &outline)?;
+    drop(polygons);
     let mut activity = activity::gather(mesh.positions.len(), &registrations, &curve_records, &nodes);
     drop((registrations, curve_records));
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
@@ -174,7 +178,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);
-    let mut records = Records::new(mesh, &splits, loops, &polygons, clusters, activity, displaced)?;
+    let mut records = Records::new(mesh, &splits, loops, clusters, activity, displaced)?;
     records.groups = groups;
     for v in &records.vertices {
         for (axis, x) in v.position.iter().enumerate() {

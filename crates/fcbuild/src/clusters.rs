@@ -83,8 +83,19 @@ impl Clusters for Measurements<'_> {
 #[derive(Debug)]
 pub(crate) struct PackedClusters {
     pub(crate) packed: Packed,
-    /// The nodes that are worth a bounding polygon, as a reader decodes them, in preorder.
-    pub(crate) outlined: Vec<(u32, Node)>,
+    /// The nodes that are worth a bounding polygon, in preorder.
+    pub(crate) outlined: Vec<Outlined>,
+}
+
+/// A node that is worth a bounding polygon.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outlined {
+    /// Its place in preorder.
+    pub(crate) index: u32,
+    /// As a reader decodes it.
+    pub(crate) node: Node,
+    /// Normal of the cluster's plane.
+    pub(crate) normal: Vec3,
 }
 
 /// Pages that one thread packs in a row.
@@ -93,7 +104,7 @@ const PAGES_AT_ONCE: usize = 64;
 /// Packs the tree and puts the decoded numbers in the place of the measured ones: what vertices ask of nodes must hold
 /// for what a reader will see.
 ///
-/// `is_outlined` says which nodes are worth a bounding polygon.
+/// `outline` gives the normals of the nodes that are worth a bounding polygon.
 ///
 /// # Errors
 /// Bad input when a sphere, or the square of a length, is too large for single precision; a limit when a section is too
@@ -103,7 +114,7 @@ pub(crate) fn pack(
     splits: &[Split],
     loops: &Loops,
     bounds: &mut [NodeBounds],
-    is_outlined: &dyn Fn(usize) -> bool,
+    outline: &dyn Fn(usize) -> Option<Vec3>,
 ) -> Result<PackedClusters, Error> {
     let scale = Scale(mesh.units.length());
     if splits.iter().any(|s| !((s.epsilon * scale.0 * scale.0) as f32).is_finite()) {
@@ -126,11 +137,11 @@ pub(crate) fn pack(
         measured.bound = round_up(f64::from(node.bound) / scale.0);
         measured.budget = round_up(f64::from(node.budget) / scale.0);
         measured.sphere = scale.sphere_back(&node);
-        if is_outlined(index as usize) {
-            outlined.push((index, node));
+        if let Some(normal) = outline(index as usize) {
+            outlined.push(Outlined { index, node, normal });
         }
     }
-    outlined.sort_unstable_by_key(|(index, _)| *index);
+    outlined.sort_unstable_by_key(|o| o.index);
     Ok(PackedClusters { packed, outlined })
 }
 

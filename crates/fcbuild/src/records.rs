@@ -2,14 +2,13 @@
 
 use crate::arcs::activity::Activity;
 use crate::arcs::loops::{LAST, Loops};
-use crate::bounds::BoundingPolygon;
-use crate::clusters::{PackedClusters, Scale};
+use crate::clusters::{Outlined, PackedClusters, Scale};
 use crate::displacement::Displacement;
 use crate::error::Error;
 use crate::mesh::units::too_large;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
-use fct::{BoundingPolygonRecord, GroupRecord, Node, NormalRecord, Packed, U32, VertexRecord, WeldRecord};
+use fct::{BoundingPolygonRecord, GroupRecord, NormalRecord, Packed, U32, VertexRecord, WeldRecord};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -35,12 +34,11 @@ impl Records {
         mesh: TreeMesh,
         splits: &[Split],
         loops: Loops,
-        polygons: &[(u32, BoundingPolygon)],
         clusters: PackedClusters,
         activity: Vec<Activity>,
         displaced: Vec<Displacement>,
     ) -> Result<Records, Error> {
-        let polygons = polygon_records(&mesh, splits, &loops, polygons, &clusters.outlined);
+        let polygons = polygon_records(&mesh, splits, &loops, &clusters.outlined);
         let scale = Scale(mesh.units.length());
         let TreeMesh { stored, normals, colors, weld, .. } = mesh;
         drop(loops);
@@ -90,28 +88,26 @@ fn polygon_records(
     mesh: &TreeMesh,
     splits: &[Split],
     loops: &Loops,
-    polygons: &[(u32, BoundingPolygon)],
-    outlined: &[(u32, Node)],
+    outlined: &[Outlined],
 ) -> Vec<BoundingPolygonRecord> {
     let ranges = face_ranges(splits, mesh.faces.len(), outlined);
-    // Outlined are the nodes that have a polygon, in the same order.
-    let record = |i: usize| {
-        let (index, node) = &outlined[i];
+    let record = |(outlined, faces): (&Outlined, Range<usize>)| {
+        let Outlined { index, node, normal } = outlined;
         let border = loops.of_node(*index as usize).iter().map(|h| mesh.origin(h & !LAST) as usize);
-        let own = mesh.own_vertices(&ranges[i]);
+        let own = mesh.own_vertices(&faces);
         let points = own.clone().chain(border.filter(|v| *v < own.start));
         let points = points.map(|v| mesh.stored[v].to_array());
-        BoundingPolygonRecord::around(*index, node, polygons[i].1.normal.to_array(), points)
+        BoundingPolygonRecord::around(*index, node, normal.to_array(), points)
     };
-    (0..outlined.len()).into_par_iter().map(record).collect()
+    outlined.par_iter().zip(ranges).map(record).collect()
 }
 
 /// The faces of some nodes, which stand in preorder.
-fn face_ranges(splits: &[Split], faces: usize, wanted: &[(u32, Node)]) -> Vec<Range<usize>> {
+fn face_ranges(splits: &[Split], faces: usize, wanted: &[Outlined]) -> Vec<Range<usize>> {
     let mut ranges = Vec::with_capacity(wanted.len());
     let mut stack = vec![(0, 0..faces)];
     while let Some((node, range)) = stack.pop() {
-        let Some((next, _)) = wanted.get(ranges.len()) else { break };
+        let Some(Outlined { index: next, .. }) = wanted.get(ranges.len()) else { break };
         // A subtree of k faces heads k - 1 nodes: those that are not wanted are stepped over whole.
         if range.len() < 2 || node + range.len() - 1 <= *next as usize {
             continue;

@@ -76,7 +76,13 @@ pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Resu
     out.stack.push(Step::Visit { subtree: reader.whole(), inside: selection.frustum.is_none() });
     while let Some(step) = out.stack.pop() {
         match step {
-            Step::Visit { subtree, inside } => out.visit(&reader, selection, subtree, inside)?,
+            Step::Visit { subtree, inside } => {
+                // Left children are gone on with at once: half of the steps never wait.
+                let mut next = Some((subtree, inside));
+                while let Some((subtree, inside)) = next {
+                    next = out.visit(&reader, selection, subtree, inside)?;
+                }
+            }
             Step::Close { subtree, first_index, first_batch } => {
                 out.close(subtree, first_index, first_batch);
             }
@@ -90,19 +96,20 @@ pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Resu
 }
 
 impl Extraction {
+    /// Draws a subtree, leaves it out, or goes on with its left child, which is returned.
     fn visit(
         &mut self,
         reader: &Reader<'_>,
         selection: &Selection,
         subtree: Subtree,
         inside: bool,
-    ) -> Result<(), Error> {
+    ) -> Result<Option<(Subtree, bool)>, Error> {
         let first_index = u32::try_from(self.indices.len()).map_err(|_overflow| Error::TooManyTriangles)?;
         if let Child::Face(_) = subtree.child.kind() {
             self.begin_cluster(first_index);
             self.indices.extend(reader.face(&subtree)?);
             self.batches.push(Batch::new(subtree, first_index, 3));
-            return Ok(());
+            return Ok(None);
         }
         let node = reader.node(&subtree)?;
         self.stats.nodes_visited += 1;
@@ -112,7 +119,7 @@ impl Extraction {
                 Containment::Outside => {
                     self.stats.culled_frustum += 1;
                     self.stats.faces_culled += u64::from(subtree.face_count());
-                    return Ok(());
+                    return Ok(None);
                 }
                 Containment::Inside => inside = true,
                 Containment::Crossing => {}
@@ -123,15 +130,14 @@ impl Extraction {
             if cone.is_backfacing(&sphere_of(&node), eye) {
                 self.stats.culled_cone += 1;
                 self.stats.faces_culled += u64::from(subtree.face_count());
-                return Ok(());
+                return Ok(None);
             }
         }
         if selection.refines_node(&node) {
             let [left, right] = reader.children(&subtree)?;
             self.stack.push(Step::Close { subtree, first_index, first_batch: self.batches.len() });
             self.stack.push(Step::Visit { subtree: right, inside });
-            self.stack.push(Step::Visit { subtree: left, inside });
-            return Ok(());
+            return Ok(Some((left, inside)));
         }
         self.begin_cluster(first_index);
         self.stats.bound = self.stats.bound.max(node.bound);
@@ -141,7 +147,7 @@ impl Extraction {
         if count > 0 {
             self.batches.push(Batch::new(subtree, first_index, count));
         }
-        Ok(())
+        Ok(None)
     }
 
     fn begin_cluster(&mut self, first_index: u32) {

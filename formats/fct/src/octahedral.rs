@@ -99,8 +99,8 @@ fn fold([u, v]: [f64; 2]) -> [f64; 3] {
     let (x, y) =
         if z >= 0.0 { (u, v) } else { ((1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v)) };
     // |x| + |y| + |z| = 1, so the length is at least 1 / sqrt 3.
-    let length = (x * x + y * y + z * z).sqrt();
-    [x / length, y / length, z / length]
+    let per_length = 1.0 / (x * x + y * y + z * z).sqrt();
+    [x * per_length, y * per_length, z * per_length]
 }
 
 /// A unit vector at right angles to a unit vector, by + - * / alone; continuous but where z changes its sign.

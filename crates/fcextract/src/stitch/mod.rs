@@ -64,26 +64,37 @@ impl Stitcher {
             return Ok(0);
         }
         let first = out.len();
+        // All faces of a cluster that does not fold over face its cone's axis.
+        let axis = DVec3::from_array(node.axis().map(f64::from));
+        let facing = (node.cos() > 0.0).then_some(axis);
         if let [a, b, c] = outline.vertices[..] {
             out.extend([a, b, c]);
         } else {
             let first_corner = reader.first_corner(subtree)?;
-            self.fill(records, node, first_corner, out);
+            let (normal, height) = node.plane();
+            let normal = DVec3::from_array(normal);
+            let level = normal.dot(position(records, first_corner)) + height;
+            self.fill(records, axis, facing, (normal, level), out);
         }
-        Ok(count_folded(records, node, &out[first..]))
+        Ok(facing.map_or(0, |axis| count_folded(records, axis, &out[first..])))
     }
 
     /// Triangulates a polygon of more than three vertices, or with holes.
-    fn fill(&mut self, records: &[VertexRecord], node: &Node, first_corner: u32, out: &mut Vec<u32>) {
+    ///
+    /// `facing` is a direction that all faces of the cluster face, if there is one; `plane` fits it best, as a normal and
+    /// what its points have along that.
+    fn fill(
+        &mut self,
+        records: &[VertexRecord],
+        axis: DVec3,
+        facing: Option<DVec3>,
+        plane: (DVec3, f64),
+        out: &mut Vec<u32>,
+    ) {
         let outline = &mut self.outline;
         let position = |v: u32| position(records, v);
-        // All faces of a cluster that does not fold over face its cone's axis; else the polygon's own area decides.
-        let axis = DVec3::from_array(node.axis().map(f64::from));
-        let normal = if node.cos() > 0.0 {
-            axis
-        } else {
-            area_vector(outline, position).try_normalize().unwrap_or(axis)
-        };
+        // Where the cluster folds over, the polygon's own area decides.
+        let normal = facing.unwrap_or_else(|| area_vector(outline, position).try_normalize().unwrap_or(axis));
         let (x, y) = fcgeom::tangent_frame(normal);
         let origin = position(outline.vertices[0]);
         outline.points.clear();
@@ -92,9 +103,7 @@ impl Stitcher {
             DVec2::new(p.dot(x), p.dot(y))
         }));
         bridge::join_loops(outline);
-        let (normal, height) = node.plane();
-        let normal = DVec3::from_array(normal);
-        let level = normal.dot(position(first_corner)) + height;
+        let (normal, level) = plane;
         self.heights.clear();
         self.heights.extend(outline.vertices.iter().map(|&v| normal.dot(position(v)) - level));
         self.triangulator.run(&outline.vertices, &outline.points, &self.heights, out);
@@ -105,12 +114,8 @@ fn position(records: &[VertexRecord], vertex: u32) -> DVec3 {
     records.get(vertex as usize).map_or(DVec3::ZERO, |r| DVec3::from_array(r.position().map(f64::from)))
 }
 
-/// Triangles that turn their back on the axis of a cluster of which no face does.
-fn count_folded(records: &[VertexRecord], node: &Node, triangles: &[u32]) -> u64 {
-    if node.cos() <= 0.0 {
-        return 0;
-    }
-    let axis = DVec3::from_array(node.axis().map(f64::from));
+/// Triangles that turn their back on the axis that all faces of the cluster face.
+fn count_folded(records: &[VertexRecord], axis: DVec3, triangles: &[u32]) -> u64 {
     let folds = |t: &&[u32]| {
         let [a, b, c] = [0, 1, 2].map(|k| position(records, t[k]));
         (b - a).cross(c - a).dot(axis) < 0.0

@@ -21,7 +21,17 @@ pub(super) fn width(exact: [f32; 3], cos: f32, axis: NormalRecord) -> u8 {
     // The cosine of the sum of the half angle and the angle between the axes.
     let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
     let sum = (cos * along - sin * across) / length - ROUNDING;
-    (0..u8::MAX).find(|w| f64::from(cosine_of(*w)) <= sum).unwrap_or(u8::MAX)
+    // Cosines fall with the width, so the first that is low enough is found by halving; the last one is.
+    let (mut low, mut high) = (0, u8::MAX);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if f64::from(cosine_of(middle)) <= sum {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    low
 }
 
 #[cfg(test)]

@@ -76,38 +76,39 @@ fn bytes_of(child: &Below, taken: &[usize]) -> usize {
     }
 }
 
-/// Whether a reader finds these loops from the faces: the same loops, wherever each begins.
+/// Whether a reader finds these loops from the faces: the same cycles, and no vertex met twice.
 fn tells(faces: &[FaceRecord], entries: &[u32], names: &Names<'_>) -> bool {
-    let faces: Vec<[u8; 3]> = faces.iter().map(|f| f.vertices).collect();
-    let mut followed: Vec<Vec<u8>> = vec![Vec::new()];
-    follow_faces(&faces, |local, last| {
-        if let Some(at) = followed.last_mut() {
-            at.push(local);
+    // Each edge of the loops that follow, whether it was met in those that are given.
+    let mut followed = [(0_u8, 0_u8, false); 3 * SMALL_FACES as usize];
+    let (mut count, mut first) = (0, 0);
+    follow_faces(zerocopy::transmute_ref!(faces), |local, last| {
+        followed[count].0 = local;
+        if count > first {
+            followed[count - 1].1 = local;
         }
+        count += 1;
         if last {
-            followed.push(Vec::new());
+            followed[count - 1].1 = followed[first].0;
+            first = count;
         }
     });
-    followed.pop();
-    let given = entries.split_inclusive(|v| v & LOOP_END != 0);
-    let mut given: Option<Vec<Vec<u8>>> =
-        given.map(|l| l.iter().map(|v| names.local(v & !LOOP_END)).collect()).collect();
-    let Some(given) = given.as_mut() else {
-        return false;
-    };
-    for ring in given.iter_mut().chain(&mut followed) {
-        let lowest = ring.iter().enumerate().min_by_key(|(_, v)| **v).map_or(0, |(i, _)| i);
-        ring.rotate_left(lowest);
+    let followed = &mut followed[..count];
+    let mut met = 0;
+    for ring in entries.split_inclusive(|v| v & LOOP_END != 0) {
+        let next = ring.iter().skip(1).chain(ring.first());
+        for (from, to) in ring.iter().zip(next) {
+            let (Some(from), Some(to)) = (names.local(from & !LOOP_END), names.local(to & !LOOP_END)) else {
+                return false;
+            };
+            // The first edge from a vertex: a second one from there is never found, so such loops do not agree.
+            match followed.iter_mut().find(|e| e.0 == from) {
+                Some(edge) if edge.1 == to && !edge.2 => edge.2 = true,
+                _ => return false,
+            }
+            met += 1;
+        }
     }
-    // A vertex that is met twice could be left by either way.
-    let mut met = followed.concat();
-    met.sort_unstable();
-    if met.windows(2).any(|w| w[0] == w[1]) {
-        return false;
-    }
-    given.sort_unstable();
-    followed.sort_unstable();
-    *given == followed
+    met == count
 }
 
 /// A node's loops in the bytes of a page.

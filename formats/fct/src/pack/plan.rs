@@ -52,8 +52,7 @@ impl Plan {
             return Err(PackError::NoTree("there are no faces".to_owned()));
         }
         // The top node whose child it is and on which side, the node, its first face and its faces.
-        #[allow(clippy::type_complexity, reason = "a stack frame: who asks, node, first face, faces")]
-        let mut stack: Vec<(Option<(usize, usize)>, u32, u32, u32)> = vec![(None, 0, 0, count)];
+        let mut stack = vec![(None::<(usize, usize)>, 0, 0, count)];
         while let Some((parent, node, first_face, faces_here)) = stack.pop() {
             let cluster = &faces[first_face as usize..(first_face + faces_here) as usize];
             let vertices = if faces_here <= most { seen.count(cluster, first_vertex)? } else { None };

@@ -58,7 +58,7 @@ impl<'a> Polygons<'a> {
                 continue;
             };
             let outside = outside(&prism, vertex.position());
-            if outside > slack || outside.is_nan() {
+            if outside > slack {
                 return Err(Violation::new(
                     Rule::PolygonHolds,
                     format!("section BPOL, record {place} of node {}", polygon.node.get()),
