@@ -2,6 +2,7 @@
 
 use crate::arcs::corners::{self, Registered};
 use crate::arcs::{activity, curves, flaps, loops::Loops};
+use crate::bounds::Slack;
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
@@ -156,16 +157,18 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     if mode == SplitMode::Quality {
         bounds::raise_keys(&mut nodes);
     }
+    let slack = Slack::of(mode);
+    bounds::loosen(&mut nodes, slack);
     let outline = |node: usize| {
         let found = polygons.binary_search_by_key(&node, |p| p.0 as usize).ok()?;
         Some(polygons[found].1.normal)
     };
     let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, &outline)?;
     drop(polygons);
-    let mut activity = activity::gather(mesh.positions.len(), &registrations, &curve_records, &nodes);
+    let mut activity = activity::gather(mesh.positions.len(), &registrations, &curve_records, &nodes, slack);
     drop((registrations, curve_records));
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
-    activity::raise(&uncovered, &mut activity);
+    activity::raise(&uncovered, slack, &mut activity);
     drop(uncovered);
     activity::share(&mesh.weld, &mut activity);
     if splits.is_empty() {

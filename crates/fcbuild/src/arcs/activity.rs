@@ -2,7 +2,7 @@
 
 use super::corners::Registration;
 use super::curves::CurveRecord;
-use crate::bounds::NodeBounds;
+use crate::bounds::{NodeBounds, Slack};
 use fcgeom::{Sphere, round_up};
 use rayon::prelude::*;
 
@@ -42,6 +42,7 @@ pub fn gather(
     registrations: &[Vec<Registration>],
     curves: &[CurveRecord],
     nodes: &[NodeBounds],
+    slack: Slack,
 ) -> Vec<Activity> {
     let mut records = vec![Activity::NEVER; vertices];
     // Each thread goes through all registrations for some of the vertices: reading is the least of the work.
@@ -56,15 +57,14 @@ pub fn gather(
             }
         }
     });
-    raise(curves, &mut records);
+    raise(curves, slack, &mut records);
     records
 }
 
 /// Adds what curves ask for to the records.
-pub fn raise(curves: &[CurveRecord], records: &mut [Activity]) {
+pub fn raise(curves: &[CurveRecord], slack: Slack, records: &mut [Activity]) {
     for c in curves {
-        let error = round_up(c.error);
-        records[c.vertex as usize].add(error, error, &c.sphere);
+        records[c.vertex as usize].add(slack.raise(c.error), round_up(c.error), &c.sphere);
     }
 }
 
