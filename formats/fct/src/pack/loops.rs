@@ -3,8 +3,8 @@
 use super::page::{Below, Names, Place};
 use super::plan::PlannedPage;
 use super::{ClusterData, Clusters, PackError};
-use crate::loops::{MORE_LOOPS, NO_LOOPS, follow_faces};
-use crate::records::{FaceRecord, LOOP_END, SMALL_FACES};
+use crate::loops::{MORE_LOOPS, NO_LOOPS};
+use crate::records::{LOOP_END, SMALL_FACES};
 
 /// Whether the loops of a node are in section `LOOP`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,6 @@ pub(super) fn page_loops(
     page: &PlannedPage,
     nodes: &[Place],
     data: &[ClusterData],
-    faces: &[FaceRecord],
     names: &Names<'_>,
     entries: &mut Vec<u32>,
     out: &mut Vec<u8>,
@@ -38,12 +37,11 @@ pub(super) fn page_loops(
         if drawn {
             clusters.boundary(node, entries);
         }
-        let own = &faces[place.first..place.first + place.faces];
         let below_stores = place
             .children(index)
             .iter()
             .any(|child| matches!(child, Below::Node(child) if stored[*child] == Stored::Yes));
-        if place.faces <= SMALL_FACES as usize && !below_stores && (!drawn || tells(own, entries, names)) {
+        if place.faces <= SMALL_FACES as usize && !below_stores && (!drawn || follow(entries)) {
             stored[index] = Stored::No;
             continue;
         }
@@ -76,39 +74,15 @@ fn bytes_of(child: &Below, taken: &[usize]) -> usize {
     }
 }
 
-/// Whether a reader finds these loops from the faces: the same cycles, and no vertex met twice.
-fn tells(faces: &[FaceRecord], entries: &[u32], names: &Names<'_>) -> bool {
-    // Each edge of the loops that follow, whether it was met in those that are given.
-    let mut followed = [(0_u8, 0_u8, false); 3 * SMALL_FACES as usize];
-    let (mut count, mut first) = (0, 0);
-    follow_faces(zerocopy::transmute_ref!(faces), |local, last| {
-        followed[count].0 = local;
-        if count > first {
-            followed[count - 1].1 = local;
-        }
-        count += 1;
-        if last {
-            followed[count - 1].1 = followed[first].0;
-            first = count;
-        }
-    });
-    let followed = &mut followed[..count];
-    let mut met = 0;
-    for ring in entries.split_inclusive(|v| v & LOOP_END != 0) {
-        let next = ring.iter().skip(1).chain(ring.first());
-        for (from, to) in ring.iter().zip(next) {
-            let (Some(from), Some(to)) = (names.local(from & !LOOP_END), names.local(to & !LOOP_END)) else {
-                return false;
-            };
-            // The first edge from a vertex: a second one from there is never found, so such loops do not agree.
-            match followed.iter_mut().find(|e| e.0 == from) {
-                Some(edge) if edge.1 == to && !edge.2 => edge.2 = true,
-                _ => return false,
-            }
-            met += 1;
-        }
-    }
-    met == count
+/// Whether a reader finds these loops of a small node from its faces.
+///
+/// It counts edges against their opposites by vertices, the builder by faces. What is left can differ only by pairs of
+/// opposite edges, and loops of three vertices and more that meet none twice have no such pair.
+fn follow(entries: &[u32]) -> bool {
+    let vertex = |e: &u32| e & !LOOP_END;
+    let meets_once = |(i, e): (usize, &u32)| entries[..i].iter().all(|f| vertex(f) != vertex(e));
+    let mut rings = entries.split_inclusive(|v| v & LOOP_END != 0);
+    rings.all(|ring| ring.len() > 2) && entries.iter().enumerate().all(meets_once)
 }
 
 /// A node's loops in the bytes of a page.

@@ -84,7 +84,6 @@ impl Packer {
         let names =
             Names { first_vertex: page.first_vertex, own_vertices: page.own_vertices, links: &self.links };
 
-        let first_record = out.faces.len();
         for face in faces {
             let locals = face.map(|v| names.local(v));
             let [Some(a), Some(b), Some(c)] = locals else {
@@ -95,20 +94,11 @@ impl Packer {
         let corner = |face: usize| faces[face].map(|v| clusters.position(v));
         let grid = spheres::nest(&self.data, &self.nodes, &corner).ok_or(PackError::Range(page.node))?;
 
-        let locals: &[FaceRecord] = &out.faces[first_record..];
         let (first_link, first_loop) =
             (offset(out.links.len(), "section LINK")?, offset(out.loops.len(), "section LOOP")?);
         let loops_start = out.loops.len();
-        let stored = page_loops(
-            clusters,
-            page,
-            &self.nodes,
-            &self.data,
-            locals,
-            &names,
-            &mut self.entries,
-            &mut out.loops,
-        )?;
+        let stored =
+            page_loops(clusters, page, &self.nodes, &self.data, &names, &mut self.entries, &mut out.loops)?;
 
         for (index, (data, place)) in self.data.iter().zip(&self.nodes).enumerate() {
             let ball = grid.balls[index];

@@ -4,8 +4,9 @@ use crate::child::{Child, ChildRef};
 use crate::error::Violation;
 use crate::records::{GroupRecord, VertexRecord, WeldRecord};
 use crate::rule::Rule;
+use crate::subtree::Subtree;
 use crate::tree::Tree;
-use crate::walk::{Subtree, to_index};
+use crate::walk::to_index;
 
 use super::descent::Found;
 

@@ -8,7 +8,7 @@ use crate::error::Violation;
 use crate::loops::Loops;
 use crate::node::Node;
 use crate::rule::Rule;
-use crate::walk::Subtree;
+use crate::subtree::Subtree;
 
 /// The number of the directed edge from `a` to `b`, minus that from `b` to `a`.
 fn edge_number(a: u32, b: u32) -> u64 {

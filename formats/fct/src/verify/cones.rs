@@ -4,7 +4,8 @@ use crate::error::Violation;
 use crate::node::Node;
 use crate::records::VertexRecord;
 use crate::rule::Rule;
-use crate::walk::{Reader, Subtree, to_index};
+use crate::subtree::Subtree;
+use crate::walk::{Reader, to_index};
 
 use super::vector::{Vector, cross, dot, length, sub, widen};
 

@@ -9,10 +9,12 @@ use crate::child::Child;
 use crate::error::Violation;
 use crate::loops::{Loops, read_stored};
 use crate::node::Node;
+use crate::outline::stores_loops;
 use crate::records::MAX_DEPTH;
 use crate::rule::Rule;
+use crate::subtree::{Place, Subtree};
 use crate::tree::Tree;
-use crate::walk::{Place, Reader, Subtree, stores_loops, to_index};
+use crate::walk::{Reader, to_index};
 
 use super::attached::Groups;
 use super::boundary;

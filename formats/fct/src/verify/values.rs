@@ -5,7 +5,7 @@ use crate::node::Node;
 use crate::records::{BoundingPolygonRecord, VertexRecord};
 use crate::rule::Rule;
 use crate::short_float::ShortFloat;
-use crate::walk::Subtree;
+use crate::subtree::Subtree;
 
 use super::vector::{Vector, length, widen};
 
