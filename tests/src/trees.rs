@@ -8,7 +8,12 @@ use std::path::{Path, PathBuf};
 
 /// Builds, writes and opens a tree; panics with the error, for tests.
 pub fn tree_of(soup: Soup) -> Tree {
-    Tree::from_bytes(bytes_of(soup, SplitMode::Quality)).unwrap_or_else(|e| panic!("{e}"))
+    tree_by(soup, SplitMode::Quality)
+}
+
+/// The same by another way to split.
+pub fn tree_by(soup: Soup, split: SplitMode) -> Tree {
+    Tree::from_bytes(bytes_of(soup, split)).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The bytes of the file that a soup becomes.
