@@ -121,7 +121,7 @@ fn sample_meshes() {
                 // Known: five points of the parts, by 1.6 %.
                 let (worst, beyond) = look(&name, &tree, 1);
                 assert!(
-                    worst <= 1.05 && beyond <= 1e-5,
+                    worst <= 1.05 && beyond <= 3e-5,
                     "{name}: {worst:.3} tolerances, {beyond:.1e} of the points"
                 );
             }

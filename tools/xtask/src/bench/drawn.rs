@@ -33,8 +33,9 @@ pub(crate) struct Drawn {
 /// When the tree is damaged.
 pub(crate) fn full(tree: &Tree) -> Result<Drawn, Box<dyn Error>> {
     let mut cut = Extraction::default();
-    extract(tree, &Selection::full(), &mut cut)?;
-    drawn(tree, &cut, true)
+    let selection = Selection::full();
+    extract(tree, &selection, &mut cut)?;
+    drawn(tree, &cut, &selection, true)
 }
 
 /// The finest cut of at most `triangles` triangles in an order, or what the search has left if it found none.
@@ -45,16 +46,16 @@ pub(crate) fn within(tree: &Tree, triangles: u64, order: Order) -> Result<Drawn,
     let mut cut = Extraction::default();
     extract(tree, &Selection::uniform(COARSEST, order), &mut cut)?;
     let exists = cut.stats.triangles <= triangles;
-    match order {
-        Order::Budget => {
-            fit(tree, Budget::Triangles(triangles), &mut cut)?;
-        }
+    let selection = match order {
+        Order::Budget => fit(tree, Budget::Triangles(triangles), &mut cut)?.selection,
         Order::Bound => {
             let distance = tolerance(tree, triangles, &mut cut)?;
-            extract(tree, &Selection::uniform(distance, Order::Bound), &mut cut)?;
+            let selection = Selection::uniform(distance, Order::Bound);
+            extract(tree, &selection, &mut cut)?;
+            selection
         }
-    }
-    drawn(tree, &cut, exists)
+    };
+    drawn(tree, &cut, &selection, exists)
 }
 
 /// The least distance bound found whose cut keeps to the number, by halving the numbers that there are.
@@ -76,8 +77,13 @@ fn tolerance(tree: &Tree, triangles: u64, cut: &mut Extraction) -> Result<f64, B
     Ok(f64::from(f32::from_bits(fits)))
 }
 
-fn drawn(tree: &Tree, cut: &Extraction, exists: bool) -> Result<Drawn, Box<dyn Error>> {
-    let positions = positions(tree, cut);
+fn drawn(
+    tree: &Tree,
+    cut: &Extraction,
+    selection: &Selection,
+    exists: bool,
+) -> Result<Drawn, Box<dyn Error>> {
+    let positions = positions(tree, selection);
     let indices = cut.indices.as_chunks::<3>().0;
     if indices.iter().flatten().any(|v| *v as usize >= positions.len()) {
         return Err(format!("{}: a triangle names a vertex that is not there", tree.path().display()).into());
@@ -85,7 +91,7 @@ fn drawn(tree: &Tree, cut: &Extraction, exists: bool) -> Result<Drawn, Box<dyn E
     Ok(Drawn { mesh: weld(&positions, indices), triangles: cut.stats.triangles, exists })
 }
 
-/// Where the vertices of a cut are drawn, by the indices of its triangles.
-fn positions(tree: &Tree, _cut: &Extraction) -> Vec<[f32; 3]> {
-    tree.vertices().iter().map(|v| fct::unpack(v.position)).collect()
+/// Where a selection draws the vertices.
+fn positions(tree: &Tree, selection: &Selection) -> Vec<[f32; 3]> {
+    tree.vertices().iter().map(|v| selection.position(v).as_vec3().to_array()).collect()
 }
