@@ -20,7 +20,8 @@ impl Rule {
         let cost = match self {
             Rule::Quality => {
                 let rise = (lost(union) - lost(a) - lost(b)).max(0.0);
-                let floor = FLOOR * union.area * union.area + LEAST * f64::from(union.faces);
+                let width = f64::from(union.perimeter);
+                let floor = FLOOR * union.area * width * width + LEAST * f64::from(union.faces);
                 (rise + floor) / f64::from(1 + removed) * depth_penalty(union)
             }
             Rule::Garland => {
@@ -56,9 +57,10 @@ fn lost(c: &Cluster) -> f64 {
 /// A closed cluster counts as having this share of its area as vector area.
 const MOST_BENT: f64 = 1e-3;
 
-/// Where everything is flat, small clusters merge first: the rise counts as if a cluster as wide as 1 were rough by
-/// the root of this.
-const FLOOR: f64 = 1e-9;
+/// Where everything is flat, small and compact clusters merge first: the rise counts as if a cluster with a boundary
+/// of length 1 were rough by the root of this. With ties instead, flat clusters get ragged outlines, whose polygons
+/// overlap themselves.
+const FLOOR: f64 = 3e-9;
 
 /// And among clusters without area those of few faces.
 const LEAST: f64 = 1e-60;

@@ -79,7 +79,7 @@ fn trees_hold_every_face_once_in_connected_clusters_for_any_number_of_threads() 
         assert!(order.iter().copied().eq(0..mesh.faces.len() as u32));
         assert_connected(&mesh, &tree);
         // Noise is the worst there is: flat islands in a rough sea.
-        assert!(tree.depth() <= 60, "{rule:?}: {}", tree.depth());
+        assert!(tree.depth() <= DEPTH_LIMIT, "{rule:?}: {}", tree.depth());
         let again = build(3);
         assert_eq!((tree.order, tree.splits), (again.order, again.splits));
     }
