@@ -3,7 +3,6 @@
 #![allow(clippy::print_stdout, reason = "the counts are part of the promise")]
 
 use fcbuild::SplitMode;
-use fcbuild::import::Soup;
 use fcextract::{Extraction, Order, Perspective, Selection, Tolerance, extract};
 use fct::Tree;
 use fctests::distance::{Surface, position};
