@@ -5,11 +5,10 @@
 //!
 //! | mesh | faces | vertices | peak | estimate |
 //! |------|-------|----------|------|----------|
-//! | Stanford bunny, PLY | 69,451 | 0.52 a face | 551 | 717 |
-//! | Stanford dragon, PLY | 871,414 | 0.50 a face | 458 | 489 |
-//! | the same, STL, welded | 871,414 | 3 a face, then 0.50 | 474 | 489 |
-//! | the same, STL, `--weld off` | 871,414 | 3 a face | 1275 | 1239 |
-//! | a generated sculpture, PLY | 4,205,494 | 0.50 a face | 432 | 474 |
+//! | Stanford bunny, PLY | 69,451 | 0.52 a face | 409 | 614 |
+//! | Stanford dragon, PLY | 871,414 | 0.50 a face | 357 | 384 |
+//! | the same, STL, welded | 871,414 | 3 a face, then 0.50 | 368 | 384 |
+//! | the same, STL, `--weld off` | 871,414 | 3 a face | 1303 | 1309 |
 
 use super::distinct;
 use super::size::Size;
@@ -24,10 +23,10 @@ use std::path::Path;
 const BASE: u64 = 16 << 20;
 
 /// Bytes at the peak for each face. Too small, and jobs run out of memory; too large, and jobs are refused that fit.
-const PER_FACE: u64 = 320;
+const PER_FACE: u64 = 180;
 
 /// Bytes at the peak for each vertex after welding; more vertices also mean more boundary.
-const PER_VERTEX: u64 = 300;
+const PER_VERTEX: u64 = 370;
 
 /// The share of the memory that a job may plan with when the user gives no limit; the rest is for other programs and
 /// for the pages of the files.
