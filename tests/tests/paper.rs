@@ -125,7 +125,7 @@ const ROUNDED: f64 = 1.14;
 /// holds the largest one of the subtree against epsilon', as a root: that is the budget key.
 #[test]
 fn equation_17_bounds_every_cluster_of_the_cut() {
-    let tree = trees::tree_of(trees::read(&trees::data("sculpture.ply")));
+    let tree = tree_by(&trees::read(&trees::data("sculpture.ply")), SplitMode::Paper);
     let largest = epsilon(&tree, children(&tree, tree.whole())[0]).max(1e-9) * 1e-4;
     for allowed in [largest * 1e-3, largest, largest * 1e3, largest * 1e6] {
         let cut = front(&tree, &|s| f64::from(node(&tree, s).budget) <= allowed.sqrt());
@@ -141,7 +141,7 @@ fn equation_17_bounds_every_cluster_of_the_cut() {
 /// sphere instead of its centre, which allows less.
 #[test]
 fn equation_18_lets_the_error_grow_with_the_square_of_the_distance() {
-    let tree = trees::tree_of(trees::read(&trees::data("sculpture.ply")));
+    let tree = tree_by(&trees::read(&trees::data("sculpture.ply")), SplitMode::Paper);
     let eye = DVec3::new(0.3, 0.4, 3.0);
     for k in [1e-8, 1e-6, 1e-4_f64] {
         let view = Perspective { eye, axis: DVec3::ZERO, slope: k.sqrt(), corner_cos: 1.0 };

@@ -132,7 +132,9 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
         (groups, group_names) = (Vec::new(), Vec::new());
     }
     meta.group_names = group_names;
-    let component = component_of_faces(&components, &hierarchy);
+    let of_face = components.of_faces();
+    let component: Vec<u32> = hierarchy.order.iter().map(|&f| of_face[f as usize]).collect();
+    drop(of_face);
     let component_count = components.len();
     drop(components);
     let mut mesh = TreeMesh::new(mesh, &hierarchy);
@@ -231,17 +233,6 @@ fn describe(mesh: &Mesh, components: &Components, options: &BuildOptions<'_>) ->
         bounds_max: [f32::NEG_INFINITY; 3],
         ..Meta::default()
     }
-}
-
-/// The component of each face in tree order.
-fn component_of_faces(components: &Components, hierarchy: &Hierarchy) -> Vec<u32> {
-    let mut of_face = vec![0; hierarchy.order.len()];
-    for c in 0..components.len() {
-        for &f in components.faces_of(c) {
-            of_face[f as usize] = c as u32;
-        }
-    }
-    hierarchy.order.iter().map(|&f| of_face[f as usize]).collect()
 }
 
 /// The highest subtree of each group that still has faces, in tree order, and the groups' names in that order.

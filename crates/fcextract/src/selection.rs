@@ -10,7 +10,7 @@ use glam::DVec3;
 pub enum Order {
     /// The distance bound: no point of the surface is farther from the mesh than the tolerance.
     Bound,
-    /// The budget key, the root of the largest mean square distance: no guarantee, but a lower mean error for the
+    /// The budget key, what refining a cluster gains: no guarantee, but a lower mean error for the
     /// same number of triangles.
     Budget,
 }

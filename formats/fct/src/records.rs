@@ -63,7 +63,7 @@ pub struct TopRecord {
     /// Distance bound (length): how far the drawn cluster may lie from its faces. Never below a child's.
     /// Infinite: the node must always be refined (a virtual node over several components, the root of a closed surface).
     pub bound: F32,
-    /// Budget key (length): the square root of the largest `epsilon` in the subtree. Never below a child's; may be infinite like `bound`.
+    /// Budget key (length): nodes of larger keys are refined first where triangles are counted. Never below a child's; may be infinite like `bound`.
     pub budget: F32,
     /// Axis of the normal cone, a unit vector.
     pub axis: [F32; 3],

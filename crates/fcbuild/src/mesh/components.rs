@@ -73,6 +73,17 @@ impl Components {
         self.centroid.is_empty()
     }
 
+    /// The component of each face of the mesh.
+    pub fn of_faces(&self) -> Vec<u32> {
+        let mut of_face = vec![0; self.faces.len()];
+        for c in 0..self.len() {
+            for &f in self.faces_of(c) {
+                of_face[f as usize] = c as u32;
+            }
+        }
+        of_face
+    }
+
     /// The faces of component `i`.
     pub fn faces_of(&self, i: usize) -> &[u32] {
         &self.faces[self.start[i] as usize..self.start[i + 1] as usize]

@@ -1,9 +1,10 @@
-//! Recursive face cluster partitioning: from components of faces to one binary tree.
+//! From components of faces to one binary tree of clusters: merged from the faces up (`merge`), or cut from the top.
 //!
 //! # Paper
 //! `[Tsuji07]` 4.1 and 4.2: a cluster is cut by a plane through its centroid, perpendicular to the principal vector
 //! of the position covariance (PCA) or of the canonical correlation of normals with positions (CCA); two clusters
 //! grow from the faces farthest to either side, and of the two cuts the one with the smaller summed error is kept.
+//! That is [`SplitMode::Paper`]; what the default does is written in `merge`.
 //!
 //! # Deviations
 //! A cut so lopsided that the tree could pass [`DEPTH_LIMIT`] is replaced by the most even cut of a spanning tree.

@@ -88,7 +88,7 @@ impl Forest {
         for (i, &f) in order.iter().enumerate() {
             place[f as usize] = i as u32;
         }
-        let component = component_of_faces(components, self.faces);
+        let component = if components.len() == 1 { Vec::new() } else { components.of_faces() };
         // A fan of n faces has n edges, and one more if it is open.
         let mut degree: Vec<u8> = boundary_vertices(mesh).into_iter().map(|b| b / BOUNDARY).collect();
         for &v in mesh.faces.iter().flatten() {
@@ -277,18 +277,4 @@ fn degrees(edges: &[Edge], boundary: &[u8]) -> Vec<u8> {
         degree[v as usize] = degree[v as usize].saturating_add(1);
     }
     degree
-}
-
-/// The component of each face; empty if there is one.
-fn component_of_faces(components: &Components, faces: usize) -> Vec<u32> {
-    if components.len() == 1 {
-        return Vec::new();
-    }
-    let mut of_face = vec![0; faces];
-    for c in 0..components.len() {
-        for &f in components.faces_of(c) {
-            of_face[f as usize] = c as u32;
-        }
-    }
-    of_face
 }
