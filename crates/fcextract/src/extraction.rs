@@ -1,9 +1,10 @@
 //! The walk from the root to the cut, and the mesh it leaves behind.
 
 use crate::batch::Batch;
+use crate::part::{Part, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Selection};
-use fcgeom::{Cone, Containment, Sphere};
+use fcgeom::Sphere;
 use fct::{Child, Node, Reader, Subtree, Tree};
 
 /// Subtrees of at most this many triangles become one batch: small enough to be hidden as a whole; who asks for fewer
@@ -67,35 +68,53 @@ enum Step {
 /// finite. `out` then holds part of a mesh.
 pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Result<(), Error> {
     selection.check()?;
-    out.indices.clear();
-    out.clusters.clear();
-    out.batches.clear();
-    out.stack.clear();
-    out.stats = Stats::default();
-    let reader = tree.reader();
-    out.stack.push(Step::Visit { subtree: reader.whole(), inside: selection.frustum.is_none() });
-    while let Some(step) = out.stack.pop() {
-        match step {
-            Step::Visit { subtree, inside } => {
-                // Left children are gone on with at once: half of the steps never wait.
-                let mut next = Some((subtree, inside));
-                while let Some((subtree, inside)) = next {
-                    next = out.visit(&reader, selection, subtree, inside)?;
-                }
-            }
-            Step::Close { subtree, first_index, first_batch } => {
-                out.close(subtree, first_index, first_batch);
-            }
-        }
-    }
-    for batch in &mut out.batches {
-        batch.find_bounds(tree, &reader);
-    }
-    out.stats.triangles = out.indices.len() as u64 / 3;
-    Ok(())
+    out.clear();
+    out.append(tree, selection, &Part::whole(tree, selection))
 }
 
 impl Extraction {
+    /// Empties the mesh and keeps its memory.
+    pub fn clear(&mut self) {
+        self.indices.clear();
+        self.clusters.clear();
+        self.batches.clear();
+        self.stats = Stats::default();
+    }
+
+    /// Adds the mesh of one part of a cut.
+    ///
+    /// Parts of one cut, divided in whatever way, draw what [`extract`] draws of the whole: the same triangles in the
+    /// order of the parts. Counts are summed.
+    ///
+    /// # Errors
+    /// As [`extract`].
+    pub fn append(&mut self, tree: &Tree, selection: &Selection, part: &Part) -> Result<(), Error> {
+        selection.check()?;
+        let reader = tree.reader();
+        let (first_index, first_batch) = (self.indices.len() as u64, self.batches.len());
+        self.stack.clear();
+        self.stack.push(Step::Visit { subtree: part.subtree, inside: part.inside });
+        while let Some(step) = self.stack.pop() {
+            match step {
+                Step::Visit { subtree, inside } => {
+                    // Left children are gone on with at once: half of the steps never wait.
+                    let mut next = Some((subtree, inside));
+                    while let Some((subtree, inside)) = next {
+                        next = self.visit(&reader, selection, subtree, inside)?;
+                    }
+                }
+                Step::Close { subtree, first_index, first_batch } => {
+                    self.close(subtree, first_index, first_batch);
+                }
+            }
+        }
+        for batch in self.batches.iter_mut().skip(first_batch) {
+            batch.find_bounds(tree, &reader);
+        }
+        self.stats.triangles += (self.indices.len() as u64 - first_index) / 3;
+        Ok(())
+    }
+
     /// Draws a subtree, leaves it out, or goes on with its left child, which is returned.
     fn visit(
         &mut self,
@@ -112,32 +131,15 @@ impl Extraction {
             return Ok(None);
         }
         let node = reader.node(&subtree)?;
-        self.stats.nodes_visited += 1;
-        let mut inside = inside;
-        if let Some(frustum) = selection.frustum.as_ref().filter(|_| !inside) {
-            match frustum.classify_sphere(&sphere_of(&node)) {
-                Containment::Outside => {
-                    self.stats.culled_frustum += 1;
-                    self.stats.faces_culled += u64::from(subtree.face_count());
-                    return Ok(None);
-                }
-                Containment::Inside => inside = true,
-                Containment::Crossing => {}
+        match selection.sight(&subtree, &node, inside, &mut self.stats) {
+            Sight::Culled => return Ok(None),
+            Sight::Refined { inside } => {
+                let [left, right] = reader.children(&subtree)?;
+                self.stack.push(Step::Close { subtree, first_index, first_batch: self.batches.len() });
+                self.stack.push(Step::Visit { subtree: right, inside });
+                return Ok(Some((left, inside)));
             }
-        }
-        if let Some(eye) = selection.backface_eye {
-            let cone = Cone { axis: node.axis().into(), cos: node.cos() };
-            if cone.is_backfacing(&sphere_of(&node), eye) {
-                self.stats.culled_cone += 1;
-                self.stats.faces_culled += u64::from(subtree.face_count());
-                return Ok(None);
-            }
-        }
-        if selection.refines_node(&node) {
-            let [left, right] = reader.children(&subtree)?;
-            self.stack.push(Step::Close { subtree, first_index, first_batch: self.batches.len() });
-            self.stack.push(Step::Visit { subtree: right, inside });
-            return Ok(Some((left, inside)));
+            Sight::Drawn => {}
         }
         self.begin_cluster(first_index);
         self.stats.bound = self.stats.bound.max(node.bound);
