@@ -82,6 +82,9 @@ pub struct Cli {
     /// Write counts and times of all frames; an existing file is replaced
     #[arg(long, value_name = "OUT.json", requires = "headless")]
     pub stats: Option<PathBuf>,
+    /// For tests: lose the graphics device at each of the first N attempts to draw
+    #[arg(long, value_name = "N", default_value_t = 0, hide = true)]
+    pub lose_device: u32,
 }
 
 /// `--occlusion`.

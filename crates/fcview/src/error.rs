@@ -59,12 +59,21 @@ pub enum Error {
         reason: String,
     },
     /// The device was lost while drawing.
-    #[error("the graphics device was lost ({reason}); it is rebuilt up to three times")]
+    #[error("the graphics device was lost again ({reason}), after it had been rebuilt three times")]
     DeviceLost {
         /// The driver's words.
         reason: String,
     },
-    /// The device refused a command: out of memory, or a bug of ours or of the driver.
+    /// The device has no memory left, with all given back that can be made anew.
+    #[error(
+        "the graphics device has no memory left: {message}; draw less with a larger --pixels, a smaller --size, or \
+         --samples 1"
+    )]
+    DeviceMemory {
+        /// The device's words.
+        message: String,
+    },
+    /// The device refused a command: a bug of ours or of the driver.
     #[error("the graphics device reports: {message}")]
     Device {
         /// The device's words.
@@ -237,6 +246,7 @@ impl Error {
             | Error::Unsuitable { .. }
             | Error::NoDevice { .. }
             | Error::DeviceLost { .. }
+            | Error::DeviceMemory { .. }
             | Error::Device { .. }
             | Error::Timeout { .. }
             | Error::NoWindow { .. } => 6,
@@ -274,6 +284,7 @@ impl Error {
             Error::Timeout { .. } => "FC607",
             Error::NoWindow { .. } => "FC608",
             Error::NoAdapterOnBackend { .. } => "FC609",
+            Error::DeviceMemory { .. } => "FC610",
             Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => error.code(),
         }
     }

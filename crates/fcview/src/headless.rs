@@ -7,13 +7,10 @@ use crate::cli::{CameraFlag, Cli, ColorFlag, OcclusionFlag};
 use crate::orbit::{Orbit, fly};
 use crate::scene::{Model, Scene};
 use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, median_total};
-use crate::{Error, FrameStats, Gpu, Renderer};
+use crate::{Error, FrameStats, Gpu, Survivor};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// How often a lost device is rebuilt before the run gives up.
-pub(crate) const REBUILDS: u32 = 3;
 
 /// What a run did.
 #[derive(Clone, Debug)]
@@ -46,32 +43,31 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
     let start = Instant::now();
     outputs::check(cli)?;
     let scene = open_scene(cli)?;
-    let mut renderer = Renderer::new(gpu()?, &scene)?;
-    let software = renderer.gpu().is_software();
+    let mut survivor = Survivor::new(&scene, gpu)?;
+    let info = survivor.gpu().map(Gpu::info);
+    let software = survivor.gpu().is_some_and(Gpu::is_software);
     let options = cli.frame_options();
-    let adapter = AdapterStats::from(renderer.gpu().info());
+    let adapter = info.map(AdapterStats::from).unwrap_or_default();
     let path = CameraPath::new(cli, &scene);
     let milliseconds_setup = start.elapsed().as_secs_f64() * 1e3;
 
     let mut frames: Vec<FrameStats> = Vec::with_capacity(cli.frames as usize);
     let mut written = Vec::new();
-    let mut rebuilds = 0;
+    let mut losses = cli.lose_device;
     for frame in 0..cli.frames {
         let camera = path.camera(f64::from(frame) / f64::from(cli.frames));
-        let mut stats = loop {
-            match renderer.draw(&scene, &camera, &options) {
-                Ok(stats) => break stats,
-                Err(Error::DeviceLost { .. }) if rebuilds < REBUILDS => {
-                    rebuilds += 1;
-                    renderer = Renderer::new(gpu()?, &scene)?;
-                }
-                Err(error) => return Err(error),
+        let picture = outputs::picture_name(cli, frame);
+        let (mut stats, image) = survivor.draw(&camera, &options, |renderer| {
+            if losses > 0 {
+                losses -= 1;
+                renderer.gpu().lose();
             }
-        };
+            picture.as_ref().map(|_| renderer.image(false)).transpose()
+        })?;
         stats.frame = frame;
         frames.push(stats);
-        if let Some(name) = outputs::picture_name(cli, frame) {
-            renderer.image(false)?.write_png(&name)?;
+        if let (Some(name), Some(image)) = (picture, image) {
+            image.write_png(&name)?;
             written.push(name);
         }
     }

@@ -27,6 +27,7 @@ mod image;
 pub mod options;
 pub mod orbit;
 pub mod random;
+mod recovery;
 mod renderer;
 pub mod scene;
 pub mod stats;
@@ -38,6 +39,7 @@ pub use error::Error;
 pub use gpu::Gpu;
 pub use image::Image;
 pub use options::{ColorMode, Detail, FrameOptions, Occlusion};
+pub use recovery::{REBUILDS, Survivor};
 #[doc(hidden)]
 pub use renderer::Census;
 pub use renderer::Renderer;

@@ -197,6 +197,16 @@ impl Renderer {
         self.target.as_ref().map(|target| &target.picture_view)
     }
 
+    /// Gives back all memory that the next frame fills anew.
+    pub(crate) fn evict(&mut self) {
+        self.target = None;
+        self.queries = OcclusionQueries::default();
+        for pages in [&mut self.indices, &mut self.corners, &mut self.rows] {
+            pages.clear();
+        }
+        self.forget_cuts();
+    }
+
     /// Forgets what was kept of the scene's cuts; for when the scene's trees change.
     pub fn forget_cuts(&mut self) {
         self.cuts.clear();

@@ -203,10 +203,27 @@ fn without_an_adapter_the_backends_are_named() {
         .env("VK_ICD_FILENAMES", "/nonexistent")
         .env("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent");
     if cfg!(target_os = "linux") {
+        let start = std::time::Instant::now();
         refused(&command.output().unwrap(), 6, &["error[FC601]", "vulkan", "mesa-vulkan-drivers"]);
+        assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
         command.env("WGPU_BACKEND", "vulkan");
         refused(&command.output().unwrap(), 6, &["error[FC609]", "vulkan", "mesa-vulkan-drivers"]);
     }
+}
+
+#[test]
+fn a_run_survives_three_losses_of_the_device_and_ends_at_the_fourth() {
+    model::gpu();
+    let folder = folder();
+    let run = |words: &str| {
+        fcview(folder.path(), &format!("torus.fct --headless --size 64x48 --frames 2 --screenshot {words}"))
+    };
+    assert!(run("whole.png").status.success());
+    let survived = run("mended.png --lose-device 3");
+    assert!(survived.status.success(), "{}", String::from_utf8_lossy(&survived.stderr));
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("whole.png") == bytes("mended.png"), "the picture has changed");
+    refused(&run("none.png --lose-device 4"), 6, &["error[FC605]", "three times"]);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! picks an adapter; without them the strongest kind of adapter wins and a software one is the last resort.
 
 use crate::Error;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -28,19 +29,26 @@ pub struct Gpu {
 #[derive(Default)]
 struct Faults {
     lost: AtomicBool,
-    messages: Mutex<Vec<String>>,
+    errors: Mutex<Vec<Error>>,
 }
 
 impl Faults {
-    fn add(&self, message: String) {
-        self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+    fn add(&self, error: Error) {
+        self.errors.lock().unwrap_or_else(PoisonError::into_inner).push(error);
     }
 
-    fn take(&self) -> Option<String> {
-        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        let first = (!messages.is_empty()).then(|| messages.swap_remove(0));
-        messages.clear();
-        first
+    /// The first of the errors, which caused the others more often than not; all are forgotten.
+    fn take(&self) -> Option<Error> {
+        std::mem::take(&mut *self.errors.lock().unwrap_or_else(PoisonError::into_inner)).into_iter().next()
+    }
+}
+
+/// The driver's error as ours.
+fn reported(error: &wgpu::Error) -> Error {
+    let message = error.to_string();
+    match error {
+        wgpu::Error::OutOfMemory { .. } => Error::DeviceMemory { message },
+        _ => Error::Device { message },
     }
 }
 
@@ -86,10 +94,12 @@ impl Gpu {
             .map_err(|error| Error::NoDevice { adapter: info.name, reason: error.to_string() })?;
         let faults = Arc::new(Faults::default());
         let sink = Arc::clone(&faults);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| sink.add(error.to_string())));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| sink.add(reported(&error))));
         let sink = Arc::clone(&faults);
         device.set_device_lost_callback(move |_, message| {
-            sink.add(message);
+            if !message.is_empty() {
+                sink.add(Error::DeviceLost { reason: message });
+            }
             sink.lost.store(true, Ordering::Release);
         });
         Ok(Gpu {
@@ -128,24 +138,56 @@ impl Gpu {
     /// # Errors
     /// [`Error::Timeout`] if the device seems hung, and what [`Gpu::check`] says.
     pub fn wait(&self, what: &'static str) -> Result<(), Error> {
-        let waited =
-            self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) });
+        let waited = self.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) })?;
         self.check()?;
-        waited.map(drop).map_err(|_timeout| Error::Timeout { what, seconds: PATIENCE.as_secs() })
+        if waited { Ok(()) } else { Err(Error::Timeout { what, seconds: PATIENCE.as_secs() }) }
     }
 
     /// Reports what the driver complained about since the last call.
     ///
     /// # Errors
-    /// [`Error::DeviceLost`] or [`Error::Device`].
+    /// [`Error::DeviceLost`], [`Error::DeviceMemory`] or [`Error::Device`].
     pub fn check(&self) -> Result<(), Error> {
-        let message = self.faults.take();
+        // A device that is gone drops all calls without a word; only when polled does it say so.
+        self.poll(wgpu::PollType::Poll)?;
+        let first = self.faults.take();
         if self.faults.lost.load(Ordering::Acquire) {
-            return Err(Error::DeviceLost {
-                reason: message.unwrap_or_else(|| "no reason given".to_owned()),
-            });
+            let reason = first.map_or_else(|| "no reason given".to_owned(), driver_words);
+            return Err(Error::DeviceLost { reason });
         }
-        message.map_or(Ok(()), |message| Err(Error::Device { message }))
+        first.map_or(Ok(()), Err)
+    }
+
+    /// Lets the device go, as a driver does that is updated or was hung, for tests of what follows.
+    #[doc(hidden)]
+    pub fn lose(&self) {
+        self.device.destroy();
+    }
+
+    /// Reports that memory has run out, as a driver does, for tests of what follows.
+    #[doc(hidden)]
+    pub fn run_out_of_memory(&self) {
+        self.faults.add(Error::DeviceMemory { message: "out of memory, said a test".to_owned() });
+    }
+
+    /// Looks after submitted work; false if it was not done in time.
+    fn poll(&self, how: wgpu::PollType) -> Result<bool, Error> {
+        // wgpu panics where the driver loses the device during a wait.
+        let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(how).is_ok()));
+        polled.map_err(|panic| {
+            self.faults.lost.store(true, Ordering::Release);
+            let words = panic.downcast_ref::<String>().map(String::as_str);
+            Error::DeviceLost { reason: words.unwrap_or("while it was waited for").to_owned() }
+        })
+    }
+}
+
+/// What the driver said, without our words around it.
+fn driver_words(error: Error) -> String {
+    match error {
+        Error::DeviceLost { reason } => reason,
+        Error::DeviceMemory { message } | Error::Device { message } => message,
+        other => other.to_string(),
     }
 }
 

@@ -34,6 +34,11 @@ impl Pages {
         Pages { label, stride, usage: usage | wgpu::BufferUsages::COPY_DST, pages: Vec::new() }
     }
 
+    /// Gives all pages back.
+    pub(crate) fn clear(&mut self) {
+        self.pages.clear();
+    }
+
     /// Forgets what the pages hold and makes the first one large enough for `bytes`, as far as the adapter allows.
     pub(crate) fn restart(&mut self, gpu: &Gpu, bytes: u64) {
         let capacity: u64 = self.pages.iter().map(|page| page.buffer.size()).sum();

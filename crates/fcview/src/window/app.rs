@@ -4,8 +4,9 @@ use super::input::Mouse;
 use super::panel::{Panel, Wishes};
 use super::screen::{Overlay, Screen, Shown};
 use crate::cli::Cli;
-use crate::headless::{REBUILDS, software_warning};
+use crate::headless::software_warning;
 use crate::orbit::Orbit;
+use crate::recovery::{Recovery, Remedy};
 use crate::stats::FrameStats;
 use crate::{Error, Scene};
 use std::path::{Path, PathBuf};
@@ -31,7 +32,7 @@ pub(super) struct App<'a> {
     panel: Panel,
     stats: FrameStats,
     screen: Option<Screen>,
-    rebuilds: u32,
+    recovery: Recovery,
     screenshots: u32,
     failure: Option<Error>,
     /// Where warnings go, until one is given.
@@ -54,7 +55,7 @@ impl<'a> App<'a> {
             panel: Panel::new(cli.frame_options(), cli.pixels, faces),
             stats: FrameStats::default(),
             screen: None,
-            rebuilds: 0,
+            recovery: Recovery::default(),
             screenshots: 0,
             failure: None,
             warn: Some(warn),
@@ -152,18 +153,29 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// Draws a frame; a lost device is rebuilt with everything on it.
-    fn frame_or_rebuild(&mut self, event_loop: &ActiveEventLoop) {
-        match self.frame(event_loop) {
-            Ok(()) => {}
-            Err(Error::DeviceLost { .. }) if self.rebuilds < REBUILDS => {
-                self.rebuilds += 1;
-                let window = self.screen.take().map(|screen| Arc::clone(&screen.window));
-                if let Err(error) = self.open(event_loop, window) {
-                    self.fail(event_loop, error);
-                }
+    /// Draws a frame, again after a failure for which there is a remedy.
+    fn frame_or_remedy(&mut self, event_loop: &ActiveEventLoop) {
+        let remedied = match self.frame(event_loop) {
+            Ok(()) => {
+                self.recovery.drawn();
+                Ok(())
             }
-            Err(error) => self.fail(event_loop, error),
+            Err(failure) => self.recovery.remedy(failure).and_then(|remedy| match remedy {
+                Remedy::Rebuild => {
+                    let window = self.screen.take().map(|screen| Arc::clone(&screen.window));
+                    self.open(event_loop, window)
+                }
+                Remedy::Evict => {
+                    if let Some(screen) = &mut self.screen {
+                        screen.renderer.evict();
+                    }
+                    self.redraw();
+                    Ok(())
+                }
+            }),
+        };
+        if let Err(error) = remedied {
+            self.fail(event_loop, error);
         }
     }
 
@@ -245,7 +257,7 @@ impl ApplicationHandler for App<'_> {
         }
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::RedrawRequested => self.frame_or_rebuild(event_loop),
+            WindowEvent::RedrawRequested => self.frame_or_remedy(event_loop),
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
                 screen.resize();
                 screen.window.request_redraw();
