@@ -3,7 +3,7 @@
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
 use crate::scene::MAX_INSTANCES;
 use clap::{Parser, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What `--help` shows below the flags.
 const EXAMPLES: &str = "\
@@ -16,11 +16,14 @@ Examples:
     fcview dragon.fct --headless --screenshot out.png
   Measure a flight through twenty copies:
     fcview dragon.fct --headless --instances 20 --camera fly --frames 60 --stats stats.json
+  Pictures along a path recorded in the window with R:
+    fcview dragon.fct --headless --camera fcview-path-0.json --frames 250 --screenshot 'f{n}.png'
 
 In the window: drag to turn, drag with Shift or the right button to pan, wheel to zoom, F to fit,
 P to save a picture, Q or Esc to quit.
 WGPU_BACKEND (vulkan, gl, metal, dx12) and WGPU_ADAPTER_NAME choose the graphics adapter.
-Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 6 no GPU or display, 7 invalid .fct.";
+Exit codes: 0 done, 1 our bug, 2 usage, 3 bad path of a camera, 4 input or output, 5 a limit, 6 no GPU or display,
+7 invalid .fct.";
 
 /// Draws .fct files: level of detail by an error in pixels, culling of what does not show.
 #[derive(Clone, Debug, Parser)]
@@ -69,10 +72,10 @@ pub struct Cli {
     /// Draw without a window
     #[arg(long)]
     pub headless: bool,
-    /// Path of the camera: around the scene, or through it
-    #[arg(long, value_enum, value_name = "orbit|fly", default_value_t = CameraFlag::Orbit, hide_possible_values = true, requires = "headless")]
+    /// Path of the camera: around the scene, through it, or as recorded in the window
+    #[arg(long, value_name = "orbit|fly|PATH.json", default_value = "orbit", value_parser = camera, requires = "headless")]
     pub camera: CameraFlag,
-    /// Frames, spread evenly over one round of the camera
+    /// Frames, spread evenly over the path of the camera
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "headless")]
     pub frames: u32,
     /// Write a PNG picture of the last frame, or of each frame, if the name holds an n in braces for its
@@ -106,12 +109,14 @@ pub enum ColorFlag {
 }
 
 /// `--camera`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CameraFlag {
     /// Around the scene.
     Orbit,
     /// Through the scene.
     Fly,
+    /// Along a recorded path.
+    Path(PathBuf),
 }
 
 impl Cli {
@@ -146,6 +151,17 @@ impl Cli {
             measure: self.headless,
             ..FrameOptions::default()
         }
+    }
+}
+
+fn camera(text: &str) -> Result<CameraFlag, String> {
+    match text {
+        "orbit" => Ok(CameraFlag::Orbit),
+        "fly" => Ok(CameraFlag::Fly),
+        file if Path::new(file).extension().is_some_and(|extension| extension == "json") => {
+            Ok(CameraFlag::Path(file.into()))
+        }
+        _ => Err("expected orbit, fly, or a file that ends in .json".to_owned()),
     }
 }
 
@@ -217,6 +233,9 @@ mod tests {
             ..FrameOptions::default()
         };
         assert_eq!(cli.frame_options(), expected);
+        assert_eq!(cli.camera, CameraFlag::Fly);
+        let recorded = parse("a.fct --headless --camera way.json").unwrap();
+        assert_eq!(recorded.camera, CameraFlag::Path("way.json".into()));
         assert_eq!(parse("a.fct b.fct").unwrap().copies(), None);
         assert_eq!(parse("a.fct b.fct --instances 1").unwrap().copies(), Some(2));
         assert_eq!(parse("a.fct --pixels 2.5").unwrap().frame_options().detail, Detail::Pixels(2.5));
@@ -240,6 +259,8 @@ mod tests {
             "a.fct --headless --frames 0",
             "a.fct --screenshot x.png",
             "a.fct --occlusion maybe",
+            "a.fct --headless --camera round",
+            "a.fct --camera fly",
             "a.fct --triangles 5",
         ] {
             let error = parse(words).expect_err(words);

@@ -123,6 +123,22 @@ pub enum Error {
         /// Which number, and why.
         reason: &'static str,
     },
+    /// A recorded path of the camera is none.
+    #[error("{}: no path of a camera: {reason}; record one in the window with the key R", path.display())]
+    CameraPath {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file could not be read.
+    #[error("{}: cannot read: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
     /// An output is another file of the command line.
     #[error("{}: the output is {other}; give the output another name", path.display())]
     SameFile {
@@ -236,8 +252,8 @@ impl Error {
         }
     }
 
-    /// The process's exit code for this error: 1 our bug, 2 usage, 4 input or output, 5 a limit, 6 no GPU or
-    /// display, 7 an invalid .fct file.
+    /// The process's exit code for this error: 1 our bug, 2 usage, 3 bad input data, 4 input or output, 5 a limit,
+    /// 6 no GPU or display, 7 an invalid .fct file.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::NoAdapter { .. }
@@ -252,7 +268,12 @@ impl Error {
             | Error::NoWindow { .. } => 6,
             Error::PictureSize { .. } | Error::BufferSize { .. } => 5,
             Error::Camera { .. } | Error::SameFile { .. } | Error::Output { .. } => 2,
-            Error::Write { .. } | Error::Png { .. } | Error::Folder { .. } | Error::NotAFile { .. } => 4,
+            Error::CameraPath { .. } => 3,
+            Error::Read { .. }
+            | Error::Write { .. }
+            | Error::Png { .. }
+            | Error::Folder { .. }
+            | Error::NotAFile { .. } => 4,
             Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => {
                 error.exit_code()
             }
@@ -268,6 +289,8 @@ impl Error {
             Error::Camera { .. } => "FC221",
             Error::Output { .. } => "FC222",
             Error::Extract { source: fcextract::Error::Selection(_), .. } => "FC223",
+            Error::CameraPath { .. } => "FC224",
+            Error::Read { .. } => "FC424",
             Error::Write { .. } => "FC421",
             Error::Png { .. } => "FC422",
             Error::Folder { .. } => "FC423",

@@ -3,13 +3,14 @@
 pub(crate) mod outputs;
 
 use crate::camera::Camera;
+use crate::camera_path::CameraPath;
 use crate::cli::{CameraFlag, Cli, ColorFlag, OcclusionFlag};
 use crate::orbit::{Orbit, fly};
 use crate::scene::{Model, Scene};
 use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, median_total};
 use crate::{Error, FrameStats, Gpu, Survivor};
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// What a run did.
@@ -43,19 +44,19 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
     let start = Instant::now();
     outputs::check(cli)?;
     let scene = open_scene(cli)?;
+    let way = Way::new(cli, &scene)?;
     let mut survivor = Survivor::new(&scene, gpu)?;
     let info = survivor.gpu().map(Gpu::info);
     let software = survivor.gpu().is_some_and(Gpu::is_software);
     let options = cli.frame_options();
     let adapter = info.map(AdapterStats::from).unwrap_or_default();
-    let path = CameraPath::new(cli, &scene);
     let milliseconds_setup = start.elapsed().as_secs_f64() * 1e3;
 
     let mut frames: Vec<FrameStats> = Vec::with_capacity(cli.frames as usize);
     let mut written = Vec::new();
     let mut losses = cli.lose_device;
     for frame in 0..cli.frames {
-        let camera = path.camera(f64::from(frame) / f64::from(cli.frames));
+        let camera = way.camera(frame, cli.frames);
         let picture = outputs::picture_name(cli, frame);
         let (mut stats, image) = survivor.draw(&camera, &options, |renderer| {
             if losses > 0 {
@@ -83,43 +84,46 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
         frames,
     };
     if let Some(name) = &cli.stats {
-        write_json(name, &stats)?;
+        outputs::write_json(name, &stats)?;
         written.push(name.clone());
     }
     Ok(Outcome { stats, written, software })
 }
 
 /// The camera's way.
-enum CameraPath {
+enum Way {
     Orbit(Orbit),
     Fly { points: Vec<glam::DVec3>, fov: f64 },
+    Recorded(CameraPath),
 }
 
-impl CameraPath {
-    fn new(cli: &Cli, scene: &Scene) -> CameraPath {
+impl Way {
+    fn new(cli: &Cli, scene: &Scene) -> Result<Way, Error> {
         let points = scene.extremes();
+        let fov = cli.field_of_view();
         let [width, height] = cli.size.map(f64::from);
-        match cli.camera {
+        Ok(match &cli.camera {
             // One picture may be taken from nearer than a whole round.
-            CameraFlag::Orbit if cli.frames == 1 => {
-                CameraPath::Orbit(Orbit::facing(&points, cli.field_of_view(), width / height))
-            }
-            CameraFlag::Orbit => {
-                CameraPath::Orbit(Orbit::around(&points, cli.field_of_view(), width / height))
-            }
-            CameraFlag::Fly => CameraPath::Fly { points, fov: cli.field_of_view() },
-        }
+            CameraFlag::Orbit if cli.frames == 1 => Way::Orbit(Orbit::facing(&points, fov, width / height)),
+            CameraFlag::Orbit => Way::Orbit(Orbit::around(&points, fov, width / height)),
+            CameraFlag::Fly => Way::Fly { points, fov },
+            CameraFlag::Path(file) => Way::Recorded(CameraPath::read(file)?),
+        })
     }
 
-    /// The camera after a part of one round.
-    fn camera(&self, part: f64) -> Camera {
+    /// The camera of one of `frames` frames.
+    fn camera(&self, frame: u32, frames: u32) -> Camera {
+        let part = |frames: u32| f64::from(frame) / f64::from(frames.max(1));
         match self {
-            CameraPath::Orbit(orbit) => {
+            // The frame after the last of a round would be the first again.
+            Way::Orbit(orbit) => {
                 let mut turned = *orbit;
-                turned.turn(-TAU * part, 0.0);
+                turned.turn(-TAU * part(frames), 0.0);
                 turned.camera()
             }
-            CameraPath::Fly { points, fov } => fly(points, *fov, part),
+            Way::Fly { points, fov } => fly(points, *fov, part(frames)),
+            // A recorded path has two ends.
+            Way::Recorded(path) => path.camera(part(frames.saturating_sub(1))),
         }
     }
 }
@@ -159,20 +163,18 @@ fn settings(cli: &Cli, scene: &Scene) -> SettingStats {
             ColorFlag::Shaded => "shaded",
             ColorFlag::Clusters => "clusters",
         },
-        camera: match cli.camera {
+        camera: match &cli.camera {
             CameraFlag::Orbit => "orbit",
             CameraFlag::Fly => "fly",
+            CameraFlag::Path(_) => "path",
+        },
+        camera_path: match &cli.camera {
+            CameraFlag::Path(file) => Some(file.display().to_string()),
+            _ => None,
         },
         frames: cli.frames,
         instances: scene.instances.len() as u64,
         seed: cli.seed,
         fov: cli.fov,
     }
-}
-
-fn write_json(path: &Path, stats: &RunStats) -> Result<(), Error> {
-    let failed = |source| Error::Write { path: path.to_path_buf(), source };
-    let mut text = serde_json::to_string_pretty(stats).map_err(|error| failed(error.into()))?;
-    text.push('\n');
-    outputs::replace(path, |out| out.write_all(text.as_bytes())).map_err(failed)
 }

@@ -18,6 +18,7 @@
 
 pub mod bounding_polygon;
 pub mod camera;
+pub mod camera_path;
 pub mod cli;
 mod error;
 mod frame;

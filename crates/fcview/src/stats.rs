@@ -122,8 +122,11 @@ pub struct SettingStats {
     pub occlusion: &'static str,
     /// `--color`: `shaded` or `clusters`.
     pub color: &'static str,
-    /// `--camera`: `orbit` or `fly`.
+    /// `--camera`: `orbit`, `fly` or `path`.
     pub camera: &'static str,
+    /// The file of the path; absent without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera_path: Option<String>,
     /// `--frames`.
     pub frames: u32,
     /// Instances placed: those of `--instances`, but at least one of each file.

@@ -212,6 +212,81 @@ fn without_an_adapter_the_backends_are_named() {
 }
 
 #[test]
+fn a_recorded_path_is_followed_from_its_first_key_to_its_last() {
+    model::gpu();
+    let folder = folder();
+    let key = |seconds: f64, x: f64| {
+        format!(r#"{{"seconds":{seconds},"eye":[{x},0,6],"forward":[0,0,-1],"up":[0,1,0],"fov":40}}"#)
+    };
+    let write = |name: &str, keys: &[String]| {
+        let text = format!(r#"{{"version":1,"keys":[{}]}}"#, keys.join(","));
+        std::fs::write(folder.path().join(name), text).unwrap();
+    };
+    write("way.json", &[key(2.0, -1.0), key(3.0, 0.5), key(7.0, 1.0)]);
+    write("first.json", &[key(0.0, -1.0)]);
+    write("last.json", &[key(0.0, 1.0)]);
+    let run = |words: &str| {
+        let output = fcview(folder.path(), &format!("torus.fct --headless --size 64x48 {words}"));
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    run("--camera way.json --frames 4 --screenshot f{n}.png --stats s.json");
+    run("--camera first.json --screenshot first.png");
+    run("--camera last.json --screenshot last.png");
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("f0.png") == bytes("first.png") && bytes("f3.png") == bytes("last.png"));
+    assert!(bytes("f1.png") != bytes("f0.png") && bytes("f1.png") != bytes("f3.png"));
+    let stats: serde_json::Value = serde_json::from_slice(&bytes("s.json")).unwrap();
+    assert_eq!(stats["settings"]["camera"], "path");
+    assert_eq!(stats["settings"]["camera_path"], "way.json");
+
+    write("none.json", &[]);
+    refused(
+        &fcview(folder.path(), "torus.fct --headless --camera none.json"),
+        3,
+        &["error[FC224]", "none.json"],
+    );
+    refused(
+        &fcview(folder.path(), "torus.fct --headless --camera gone.json"),
+        4,
+        &["error[FC424]", "gone.json"],
+    );
+    let over = "torus.fct --headless --camera way.json --stats way.json";
+    refused(&fcview(folder.path(), over), 2, &["error[FC101]", "an input"]);
+}
+
+/// The names of all members of a document: with dots for members of members, from anew in the elements of a list.
+fn members(document: &serde_json::Value, above: &str, names: &mut Vec<String>) {
+    match document {
+        serde_json::Value::Object(map) => {
+            for (name, value) in map {
+                names.push(format!("{above}{name}"));
+                members(value, &format!("{above}{name}."), names);
+            }
+        }
+        serde_json::Value::Array(list) if list.iter().all(serde_json::Value::is_object) => {
+            list.iter().take(1).for_each(|value| members(value, "", names));
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn every_member_of_the_stats_is_in_the_documentation() {
+    model::gpu();
+    let folder = folder();
+    let words = "torus.fct --headless --size 32x32 --stats s.json";
+    assert!(fcview(folder.path(), words).status.success());
+    let text = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let mut names = Vec::new();
+    members(&serde_json::from_str(&text).unwrap(), "", &mut names);
+    assert!(names.len() > 30, "{names:?}");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/viewer.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let missing: Vec<_> = names.iter().filter(|name| !page.contains(&format!("`{name}`"))).collect();
+    assert!(missing.is_empty(), "docs/viewer.md does not describe: {missing:?}");
+}
+
+#[test]
 fn a_run_survives_three_losses_of_the_device_and_ends_at_the_fourth() {
     model::gpu();
     let folder = folder();

@@ -1,7 +1,7 @@
 //! The rules for outputs, checked before anything is drawn, and how a file is replaced.
 
 use crate::Error;
-use crate::cli::Cli;
+use crate::cli::{CameraFlag, Cli};
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -18,14 +18,19 @@ pub(super) fn check(cli: &Cli) -> Result<(), Error> {
     if let Some(name) = &cli.screenshot {
         check_picture_name(name)?;
     }
+    // A path of the camera is an input too.
+    let mut inputs = cli.files.clone();
+    if let CameraFlag::Path(file) = &cli.camera {
+        inputs.push(file.clone());
+    }
     let pictures = (0..cli.frames).filter_map(|frame| picture_name(cli, frame));
     for picture in pictures {
-        check_place(&picture, &cli.files)?;
+        check_place(&picture, &inputs)?;
         if cli.stats.as_ref().is_some_and(|stats| same_place(&picture, stats)) {
             return Err(Error::SameFile { path: picture, other: "what --stats writes" });
         }
     }
-    cli.stats.as_ref().map_or(Ok(()), |stats| check_place(stats, &cli.files))
+    cli.stats.as_ref().map_or(Ok(()), |stats| check_place(stats, &inputs))
 }
 
 /// The file for a frame's picture, if it gets one: each frame where the name has a placeholder, else the last.
@@ -41,6 +46,17 @@ pub(super) fn picture_name(cli: &Cli, frame: u32) -> Option<PathBuf> {
         // Names that are not Unicode hold no placeholder.
         _ => (frame == last).then(|| name.clone()),
     }
+}
+
+/// Writes a document; one that is there is replaced.
+///
+/// # Errors
+/// [`Error::Write`].
+pub(crate) fn write_json(path: &Path, document: &impl serde::Serialize) -> Result<(), Error> {
+    let failed = |source| Error::Write { path: path.to_path_buf(), source };
+    let mut text = serde_json::to_string_pretty(document).map_err(|error| failed(error.into()))?;
+    text.push('\n');
+    replace(path, |out| out.write_all(text.as_bytes())).map_err(failed)
 }
 
 /// Writes a file beside its place and moves it there, so that whoever has the old one open, mapped even, keeps it
@@ -91,7 +107,7 @@ fn check_place(path: &Path, inputs: &[PathBuf]) -> Result<(), Error> {
         return Err(failed(io::ErrorKind::NotADirectory.into()));
     }
     if inputs.iter().any(|input| same_place(path, input)) {
-        return Err(Error::SameFile { path: path.to_path_buf(), other: "a file to draw" });
+        return Err(Error::SameFile { path: path.to_path_buf(), other: "an input" });
     }
     // A pipe or a device would be replaced by a file, which nobody means.
     if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
