@@ -25,17 +25,24 @@
 
 mod batch;
 mod budget;
+mod copies;
+mod corners;
+mod count;
 mod error;
+mod extra;
 mod extraction;
 mod part;
+mod region;
 mod selection;
 mod stitch;
 mod tolerance;
 
 pub use batch::Batch;
-pub use budget::{Budget, Fitted, fit};
+pub use budget::{Budget, Fitted, Fitter, Shown, fit};
 pub use error::Error;
+pub use extra::Extra;
 pub use extraction::{Extraction, Stats, extract};
 pub use part::Part;
+pub use region::Region;
 pub use selection::{Order, Selection};
 pub use tolerance::{Perspective, Tolerance};

@@ -96,6 +96,6 @@ impl Selection {
                 return Sight::Culled;
             }
         }
-        if self.refines_node(node) { Sight::Refined { inside } } else { Sight::Drawn }
+        if self.refines_node(subtree.child, node) { Sight::Refined { inside } } else { Sight::Drawn }
     }
 }

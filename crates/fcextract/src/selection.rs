@@ -1,8 +1,10 @@
 //! What to extract.
 
+use crate::extra::Extra;
+use crate::region::{self, Region};
 use crate::{Error, Perspective, Tolerance};
 use fcgeom::Frustum;
-use fct::{Node, VertexRecord};
+use fct::{ChildRef, Node, Reader, VertexRecord};
 use glam::DVec3;
 
 /// Which of the two stored keys a tolerance is held against.
@@ -22,6 +24,8 @@ pub struct Selection {
     pub tolerance: Tolerance,
     /// The key it is held against.
     pub order: Order,
+    /// Where another error is allowed than `tolerance` says.
+    pub regions: Vec<Region>,
     /// Draws vertices beside their places where that fits the surface better, see [`Selection::position`].
     pub displaced: bool,
     /// Leaves out clusters whose spheres lie outside; never changes a pixel of the image.
@@ -29,6 +33,8 @@ pub struct Selection {
     /// Leaves out clusters all of whose faces turn their back on this eye; changes no pixel but those of folded
     /// triangles.
     pub backface_eye: Option<DVec3>,
+    /// What is refined and drawn beyond that; found by [`crate::fit`].
+    pub extra: Extra,
 }
 
 impl Selection {
@@ -37,15 +43,23 @@ impl Selection {
         Selection {
             tolerance: Tolerance::Full,
             order: Order::Bound,
+            regions: Vec::new(),
             displaced: false,
             frustum: None,
             backface_eye: None,
+            extra: Extra::default(),
         }
     }
 
     /// One tolerance everywhere, nothing culled.
     pub fn uniform(distance: f64, order: Order) -> Selection {
         Selection { tolerance: Tolerance::Uniform { distance }, order, ..Selection::full() }
+    }
+
+    /// A shape for [`crate::fit`]: the same tolerance everywhere, the order of the least mean error, and vertices
+    /// displaced.
+    pub fn by_budget() -> Selection {
+        Selection { displaced: true, ..Selection::uniform(1.0, Order::Budget) }
     }
 
     /// A tolerance that grows with the distance from an eye, nothing culled.
@@ -65,7 +79,7 @@ impl Selection {
             return place;
         }
         let sphere = || (DVec3::from_array(vertex.center()), vertex.radius());
-        let allowed = self.tolerance.allowed(sphere).unwrap_or(0.0);
+        let allowed = self.allowed(sphere).unwrap_or(0.0);
         place + DVec3::from_array(vertex.displaced(allowed))
     }
 
@@ -80,7 +94,7 @@ impl Selection {
                     && (-1.0..=1.0).contains(&p.corner_cos)
             }
         };
-        if !usable {
+        if !usable || !self.regions.iter().all(Region::is_usable) {
             return Err(Error::Selection("its tolerance is negative or not a number"));
         }
         if self.backface_eye.is_some_and(|e| !e.is_finite()) {
@@ -89,22 +103,78 @@ impl Selection {
         Ok(())
     }
 
+    /// Whether the cut goes on below the node of this name, as far as it is in sight.
     #[inline]
-    pub(crate) fn refines_node(&self, node: &Node) -> bool {
-        let key = match self.order {
-            Order::Bound => node.bound,
-            Order::Budget => node.budget,
-        };
+    pub fn refines_node(&self, child: ChildRef, node: &Node) -> bool {
         let sphere = || (DVec3::from_array(node.center.map(f64::from)), f64::from(node.radius));
-        self.tolerance.refines(key, sphere)
+        self.refines(self.order.of_node(node), sphere) || self.extra.nodes.has(child.raw())
+    }
+
+    /// Whether the vertex of this index is drawn.
+    #[inline]
+    pub(crate) fn activates(&self, index: u32, vertex: &VertexRecord) -> bool {
+        let sphere = || (DVec3::from_array(vertex.center()), vertex.radius());
+        self.refines(self.order.of_vertex(vertex), sphere) || self.extra.vertices.has(index)
+    }
+
+    /// Whether the vertex of this index is drawn; not if there is none.
+    #[inline]
+    pub(crate) fn draws(&self, reader: &Reader<'_>, index: u32) -> bool {
+        reader.vertices().get(index as usize).is_some_and(|vertex| self.activates(index, vertex))
+    }
+
+    /// A node's key, and the factor on the tolerance `shape` below which it is refined: its key over what is allowed.
+    ///
+    /// Infinite where nothing is allowed, or less in a region; zero where a region allows it.
+    pub(crate) fn level_of_node(&self, shape: &Tolerance, node: &Node) -> (f32, f64) {
+        let key = self.order.of_node(node);
+        let (center, radius) = (DVec3::from_array(node.center.map(f64::from)), f64::from(node.radius));
+        let (length, over) = (f64::from(key), |is_over: bool| if is_over { f64::INFINITY } else { 0.0 });
+        if let Some(allowed) = region::least(&self.regions, center, radius, || None) {
+            return (key, over(length > allowed));
+        }
+        let nearby = region::least(&self.regions, center, radius, || Some(f64::INFINITY));
+        if nearby.is_some_and(|allowed| length > allowed) {
+            return (key, f64::INFINITY);
+        }
+        let allowed = shape.allowed(|| (center, radius)).unwrap_or(0.0);
+        let level = length / allowed;
+        (key, if level.is_nan() { over(length > 0.0) } else { level })
     }
 
     #[inline]
-    pub(crate) fn activates(&self, vertex: &VertexRecord) -> bool {
-        let key = match self.order {
+    fn refines(&self, key: f32, sphere: impl FnOnce() -> (DVec3, f64)) -> bool {
+        Tolerance::is_over(key, self.allowed(sphere))
+    }
+
+    /// The least error allowed in a sphere; none for the input's faces.
+    #[inline]
+    pub(crate) fn allowed(&self, sphere: impl FnOnce() -> (DVec3, f64)) -> Option<f64> {
+        if self.regions.is_empty() {
+            return self.tolerance.allowed(sphere);
+        }
+        let (center, radius) = sphere();
+        region::least(&self.regions, center, radius, || self.tolerance.allowed(|| (center, radius)))
+            .map(|allowed| allowed.min(f64::MAX))
+    }
+}
+
+impl Order {
+    /// A node's key.
+    #[inline]
+    pub(crate) fn of_node(self, node: &Node) -> f32 {
+        match self {
+            Order::Bound => node.bound,
+            Order::Budget => node.budget,
+        }
+    }
+
+    /// A vertex's key.
+    #[inline]
+    pub(crate) fn of_vertex(self, vertex: &VertexRecord) -> f32 {
+        match self {
             Order::Bound => vertex.bound(),
             Order::Budget => vertex.budget(),
-        };
-        self.tolerance.refines(key, || (DVec3::from_array(vertex.center()), vertex.radius()))
+        }
     }
 }

@@ -39,10 +39,34 @@ impl Tolerance {
     /// only if this is. In doubt (NaN) it refines.
     #[inline]
     pub fn refines(&self, key: f32, sphere: impl FnOnce() -> (DVec3, f64)) -> bool {
+        Tolerance::is_over(key, self.allowed(sphere))
+    }
+
+    /// The test itself, where so much is allowed.
+    #[inline]
+    pub(crate) fn is_over(key: f32, allowed: Option<f64>) -> bool {
         let key = f64::from(key);
         // Where nothing is allowed even a key of 0 is refined.
-        let Some(allowed) = self.allowed(sphere) else { return true };
+        let Some(allowed) = allowed else { return true };
         key > allowed || key.is_nan() || allowed.is_nan()
+    }
+
+    /// As seen without perspective, in a picture `height` pixels high that shows `size` units of length: an error of
+    /// `pixels` is as long everywhere.
+    pub fn orthographic(pixels: f64, size: f64, height: f64) -> Tolerance {
+        Tolerance::Uniform { distance: pixels * size / height }
+    }
+
+    /// The tolerance that allows `factor` times as much everywhere: nothing for 0, anything for infinity.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Tolerance {
+        match self {
+            _ if factor == 0.0 => Tolerance::Full,
+            _ if factor == f64::INFINITY => Tolerance::Uniform { distance: factor },
+            Tolerance::Full => Tolerance::Full,
+            Tolerance::Uniform { distance } => Tolerance::Uniform { distance: distance * factor },
+            Tolerance::Perspective(p) => Tolerance::Perspective(Perspective { slope: p.slope * factor, ..p }),
+        }
     }
 
     /// The least error allowed in a sphere; none for the input's faces.

@@ -50,7 +50,7 @@ impl Stitcher {
         for boundary in self.loops.iter() {
             let start = outline.vertices.len();
             for &vertex in boundary {
-                if records.get(vertex as usize).is_some_and(|r| selection.activates(r)) {
+                if records.get(vertex as usize).is_some_and(|r| selection.activates(vertex, r)) {
                     outline.vertices.push(vertex);
                 }
             }

@@ -184,9 +184,9 @@ fn select(tree: &Tree, settings: &Settings, cut: &mut Extraction) -> Result<Sele
         Budget::Triangles(_) => cut.stats.triangles,
         Budget::Clusters(_) => cut.stats.clusters,
     };
-    let fitted = fit(tree, budget, cut)?;
+    let (selection, fitted) = fit(tree, Selection::by_budget(), budget, cut)?;
     if fitted.within {
-        return Ok(fitted.selection);
+        return Ok(selection);
     }
     // The other order keeps other vertices, and its coarsest mesh may be smaller.
     let by_budget = count(cut);

@@ -47,7 +47,7 @@ pub(crate) fn within(tree: &Tree, triangles: u64, order: Order) -> Result<Drawn,
     extract(tree, &Selection::uniform(COARSEST, order), &mut cut)?;
     let exists = cut.stats.triangles <= triangles;
     let selection = match order {
-        Order::Budget => fit(tree, Budget::Triangles(triangles), &mut cut)?.selection,
+        Order::Budget => fit(tree, Selection::by_budget(), Budget::Triangles(triangles), &mut cut)?.0,
         Order::Bound => {
             let distance = tolerance(tree, triangles, &mut cut)?;
             let selection = Selection::uniform(distance, Order::Bound);

@@ -26,8 +26,9 @@ impl Cut {
     /// Those of the extraction, and when tree and extraction do not agree on the clusters.
     pub(crate) fn of(tree: &Tree, clusters: usize) -> Result<Cut, Box<dyn Error>> {
         let mut drawn = Extraction::default();
-        let fitted = fit(tree, Budget::Clusters(clusters as u64), &mut drawn)?;
-        let ranges = clusters_of(tree, &fitted.selection)?;
+        let budget = Budget::Clusters(clusters as u64);
+        let (selection, _) = fit(tree, Selection::by_budget(), budget, &mut drawn)?;
+        let ranges = clusters_of(tree, &selection)?;
         if ranges.len() as u64 != drawn.stats.clusters {
             let (walked, drawn) = (ranges.len(), drawn.stats.clusters);
             return Err(format!("the walk found {walked} clusters and the extraction {drawn}").into());
@@ -55,13 +56,13 @@ impl Cut {
     }
 }
 
-/// The faces of each cluster that `selection`, the same everywhere and in budget order, draws; in tree order.
+/// The faces of each cluster that `selection`, which leaves nothing out, draws; in tree order.
 fn clusters_of(tree: &Tree, selection: &Selection) -> Result<Vec<Range<u32>>, Box<dyn Error>> {
     let mut ranges = Vec::new();
     let mut stack: Vec<Subtree> = vec![tree.whole()];
     while let Some(subtree) = stack.pop() {
         if let Child::Node(_) = subtree.child.kind()
-            && selection.tolerance.refines(tree.node(&subtree)?.budget, || (DVec3::ZERO, 0.0))
+            && selection.refines_node(subtree.child, &tree.node(&subtree)?)
         {
             let [left, right] = tree.children(&subtree)?;
             stack.extend([right, left]);

@@ -1,0 +1,388 @@
+//! What is left of a budget, spent node by node.
+
+use super::{Budget, Shown};
+use crate::copies::Copies;
+use crate::corners::Corners;
+use crate::count::Counter;
+use crate::part::Sight;
+use crate::{Error, Stats, Tolerance};
+use fct::{Child, Reader, Subtree};
+use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, HashMap, VecDeque};
+
+/// A budget of triangles is met when no more than this is left of it, see [`PATIENCE`].
+const NEARLY: u64 = 4;
+
+/// So many splits in a row may fail to fit before a budget that is nearly met is left at that.
+const PATIENCE: usize = 32;
+
+/// Spends the rest of budgets; keeps its memory from one to the next.
+#[derive(Debug, Default)]
+pub(super) struct Rest {
+    fronts: Vec<Front>,
+    /// Nodes to be refined, the next one on top.
+    waiting: BinaryHeap<Candidate>,
+    /// The next ones of them, for which the fronts watch.
+    next: VecDeque<Candidate>,
+    /// Nodes that came from splits.
+    fresh: BinaryHeap<Candidate>,
+}
+
+/// A node of a cut that could be refined.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    /// The factor below which the tolerance would refine it.
+    level: f64,
+    key: f32,
+    /// Its tree's place in what is shown.
+    of: u32,
+    node: u32,
+    slot: u32,
+}
+
+impl Rest {
+    /// Refines nodes as long as one fits; returns what is drawn then, of which `count` is drawn already.
+    ///
+    /// `shape` are the tolerances by which nodes are ordered.
+    pub(super) fn spend(
+        &mut self,
+        shown: &mut [Shown<'_>],
+        shape: &[Tolerance],
+        budget: Budget,
+        mut count: u64,
+    ) -> Result<u64, Error> {
+        let wanted = budget.wanted();
+        self.begin(shown, shape)?;
+        let mut failed = 0;
+        while count < wanted {
+            if self.next.is_empty() && !self.waiting.is_empty() {
+                let some = ((wanted - count) / 2).max(64);
+                self.watch(shown, usize::try_from(some).unwrap_or(usize::MAX), budget)?;
+            }
+            let from_split = self.fresh.peek() > self.next.front();
+            let next = if from_split { self.fresh.pop() } else { self.next.pop_front() };
+            let Some(candidate) = next else { break };
+            let (Some(front), Some(one), Some(shape)) = (
+                self.fronts.get_mut(candidate.of as usize),
+                shown.get_mut(candidate.of as usize),
+                shape.get(candidate.of as usize),
+            ) else {
+                continue;
+            };
+            match front.split(one, candidate, budget, wanted - count)? {
+                Some(change) => {
+                    count = count.saturating_add_signed(change);
+                    self.fresh.extend(front.candidates_from(one, shape, candidate.of, front.last_split)?);
+                    failed = 0;
+                }
+                None => failed += 1,
+            }
+            if failed >= PATIENCE && wanted - count <= NEARLY {
+                break;
+            }
+        }
+        Ok(count)
+    }
+
+    /// Finds all nodes of the cuts.
+    fn begin(&mut self, shown: &[Shown<'_>], shape: &[Tolerance]) -> Result<(), Error> {
+        if self.fronts.len() < shown.len() {
+            self.fronts.resize_with(shown.len(), Front::default);
+        }
+        self.next.clear();
+        self.fresh.clear();
+        let mut all = std::mem::take(&mut self.waiting).into_vec();
+        all.clear();
+        let found: Vec<Vec<Candidate>> = self
+            .fronts
+            .par_iter_mut()
+            .zip(shown)
+            .zip(shape)
+            .enumerate()
+            .map(|(of, ((front, one), shape))| {
+                front.read(one)?;
+                front.candidates_from(one, shape, of as u32, 0)
+            })
+            .collect::<Result<_, Error>>()?;
+        all.extend(found.into_iter().flatten());
+        self.waiting = BinaryHeap::from(all);
+        Ok(())
+    }
+
+    /// Takes the next nodes from those that wait, and lets their fronts watch the vertices that they may need.
+    fn watch(&mut self, shown: &[Shown<'_>], some: usize, budget: Budget) -> Result<(), Error> {
+        while self.next.len() < some
+            && let Some(candidate) = self.waiting.pop()
+        {
+            self.next.push_back(candidate);
+        }
+        if let Budget::Clusters(_) = budget {
+            return Ok(());
+        }
+        let tried = || self.next.iter().chain(self.fresh.iter());
+        self.fronts.par_iter_mut().zip(shown).enumerate().try_for_each(|(of, (front, one))| {
+            front.watch(one, tried().filter(|c| c.of as usize == of).map(|c| c.slot))
+        })
+    }
+}
+
+/// The cut of one tree while it is refined.
+#[derive(Debug, Default)]
+struct Front {
+    slots: Vec<Slot>,
+    /// Vertices that are not drawn, each with the clusters of the cut on whose boundary it lies, two at most: where three
+    /// meet it would be drawn.
+    watched: HashMap<u32, [u32; 2]>,
+    copies: Copies,
+    corners: Corners,
+    counter: Counter,
+    /// The first slot of the last split.
+    last_split: usize,
+    /// Vertices that the split under trial adds.
+    added: Vec<u32>,
+    pieces: Vec<Slot>,
+    stack: Vec<(Subtree, bool)>,
+    /// Slots of clusters that get more corners, then with their new number of triangles.
+    touched: Vec<(u32, u64)>,
+}
+
+/// A cluster of the cut, or one that was.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    subtree: Subtree,
+    triangles: u64,
+    /// Whether it lies in the frustum as a whole.
+    inside: bool,
+    is_drawn: bool,
+}
+
+const NO_SLOT: u32 = u32::MAX;
+
+impl Front {
+    /// Begins with the cut that the tolerance alone makes.
+    fn read(&mut self, shown: &Shown<'_>) -> Result<(), Error> {
+        self.copies.read(shown.tree);
+        self.slots.clear();
+        self.watched.clear();
+        let reader = shown.tree.reader();
+        let mut pieces = std::mem::take(&mut self.slots);
+        self.stack.push((reader.whole(), shown.selection.frustum.is_none()));
+        let found = self.add_pieces(&reader, shown, &mut pieces);
+        self.slots = pieces;
+        found
+    }
+
+    /// Goes on from the stack to the clusters that are drawn; their triangles are not counted yet.
+    fn add_pieces(
+        &mut self,
+        reader: &Reader<'_>,
+        shown: &Shown<'_>,
+        out: &mut Vec<Slot>,
+    ) -> Result<(), Error> {
+        let mut stats = Stats::default();
+        while let Some((subtree, inside)) = self.stack.pop() {
+            let slot = Slot { subtree, triangles: 1, inside, is_drawn: true };
+            if let Child::Face(_) = subtree.child.kind() {
+                out.push(slot);
+                continue;
+            }
+            let node = reader.node(&subtree)?;
+            match shown.selection.sight(&subtree, &node, inside, &mut stats) {
+                Sight::Culled => {}
+                Sight::Refined { inside } => {
+                    let [left, right] = reader.children(&subtree)?;
+                    self.stack.extend([(right, inside), (left, inside)]);
+                }
+                Sight::Drawn => out.push(slot),
+            }
+        }
+        Ok(())
+    }
+
+    /// The nodes among the slots from one on, which could be refined.
+    fn candidates_from(
+        &self,
+        shown: &Shown<'_>,
+        shape: &Tolerance,
+        of: u32,
+        first: usize,
+    ) -> Result<Vec<Candidate>, Error> {
+        let reader = shown.tree.reader();
+        let mut found = Vec::new();
+        for (slot, number) in self.slots.iter().zip(0_u32..).skip(first) {
+            let Child::Node(node) = slot.subtree.child.kind() else { continue };
+            let decoded = reader.node(&slot.subtree)?;
+            let (key, level) = shown.selection.level_of_node(shape, &decoded);
+            found.push(Candidate { level, key, of, node, slot: number });
+        }
+        Ok(found)
+    }
+
+    /// Watches the vertices on the boundaries of some clusters that are not drawn.
+    fn watch(&mut self, shown: &Shown<'_>, slots: impl Iterator<Item = u32>) -> Result<(), Error> {
+        self.watched.clear();
+        let (reader, selection) = (shown.tree.reader(), &shown.selection);
+        let mut is_wanted = crate::extra::Bits::default();
+        for slot in slots.filter_map(|s| self.slots.get(s as usize)) {
+            for &vertex in self.counter.boundary(&reader, &slot.subtree)? {
+                if !selection.draws(&reader, vertex) {
+                    self.copies.each(shown.tree, vertex, |copy| {
+                        is_wanted.add(copy);
+                    });
+                }
+            }
+        }
+        for number in 0..self.slots.len() {
+            let Some(slot) = self.slots.get_mut(number).filter(|slot| slot.is_drawn) else { continue };
+            if let Child::Node(_) = slot.subtree.child.kind() {
+                let node = reader.node(&slot.subtree)?;
+                slot.triangles = self.counter.polygon(&reader, selection, &slot.subtree, &node)?;
+                for &vertex in self.counter.last_boundary() {
+                    if is_wanted.has(vertex) {
+                        enter(&mut self.watched, &self.slots, vertex, number as u32);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Splits a cluster if there is room for it; returns the change in what is counted.
+    fn split(
+        &mut self,
+        shown: &mut Shown<'_>,
+        candidate: Candidate,
+        budget: Budget,
+        room: u64,
+    ) -> Result<Option<i64>, Error> {
+        let Some(&old) = self.slots.get(candidate.slot as usize) else { return Ok(None) };
+        let reader = shown.tree.reader();
+        let children = reader.children(&old.subtree)?;
+        let selection = &mut shown.selection;
+        let needed = self
+            .corners
+            .of_split(&reader, &children, selection.order, candidate.key, |v| selection.draws(&reader, v))?;
+        self.added.clear();
+        for &vertex in needed {
+            self.copies.each(shown.tree, vertex, |copy| {
+                if !selection.draws(&reader, copy) && selection.extra.vertices.add(copy) {
+                    self.added.push(copy);
+                }
+            });
+        }
+        selection.extra.nodes.add(candidate.node);
+        let mut pieces = std::mem::take(&mut self.pieces);
+        pieces.clear();
+        self.stack.clear();
+        self.stack.extend(children.iter().rev().map(|child| (*child, old.inside)));
+        self.add_pieces(&reader, shown, &mut pieces)?;
+        let change = match budget {
+            Budget::Clusters(_) => pieces.len() as i64 - 1,
+            Budget::Triangles(_) => {
+                self.count(&reader, shown, candidate.slot, &mut pieces)? - old.triangles as i64
+            }
+        };
+        self.pieces = pieces;
+        if change > 0 && change as u64 > room {
+            shown.selection.extra.nodes.remove(candidate.node);
+            for &vertex in &self.added {
+                shown.selection.extra.vertices.remove(vertex);
+            }
+            return Ok(None);
+        }
+        if let Some(slot) = self.slots.get_mut(candidate.slot as usize) {
+            slot.is_drawn = false;
+        }
+        for &(slot, triangles) in &self.touched {
+            if let Some(slot) = self.slots.get_mut(slot as usize) {
+                slot.triangles = triangles;
+            }
+        }
+        self.last_split = self.slots.len();
+        self.slots.extend(&self.pieces);
+        if let Budget::Triangles(_) = budget {
+            self.enter_from(&reader, shown, self.last_split)?;
+        }
+        Ok(Some(change))
+    }
+
+    /// Counts the triangles of new clusters, and how many more those around them have now.
+    fn count(
+        &mut self,
+        reader: &Reader<'_>,
+        shown: &Shown<'_>,
+        split: u32,
+        pieces: &mut [Slot],
+    ) -> Result<i64, Error> {
+        let mut sum = 0;
+        for piece in pieces {
+            piece.triangles = self.counter.subtree(reader, &shown.selection, &piece.subtree)?;
+            sum += piece.triangles as i64;
+        }
+        self.touched.clear();
+        for vertex in &self.added {
+            let around = self.watched.get(vertex).copied().unwrap_or([NO_SLOT; 2]);
+            self.touched.extend(around.into_iter().filter(|s| *s != NO_SLOT && *s != split).map(|s| (s, 0)));
+        }
+        self.touched.sort_unstable();
+        self.touched.dedup();
+        for (number, triangles) in &mut self.touched {
+            let Some(slot) = self.slots.get(*number as usize) else { continue };
+            *triangles = slot.triangles;
+            if slot.is_drawn {
+                *triangles = self.counter.subtree(reader, &shown.selection, &slot.subtree)?;
+                sum += *triangles as i64 - slot.triangles as i64;
+            }
+        }
+        Ok(sum)
+    }
+
+    /// Enters the clusters of the slots from one on with the vertices on their boundaries.
+    fn enter_from(&mut self, reader: &Reader<'_>, shown: &Shown<'_>, first: usize) -> Result<(), Error> {
+        for number in first..self.slots.len() {
+            let Some(slot) = self.slots.get(number) else { continue };
+            if let Child::Node(_) = slot.subtree.child.kind() {
+                for &vertex in self.counter.boundary(reader, &slot.subtree)? {
+                    if !shown.selection.draws(reader, vertex) {
+                        enter(&mut self.watched, &self.slots, vertex, number as u32);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Notes that a cluster has a vertex on its boundary, in the place of one that is not drawn any more.
+fn enter(watched: &mut HashMap<u32, [u32; 2]>, slots: &[Slot], vertex: u32, slot: u32) {
+    let around = watched.entry(vertex).or_insert([NO_SLOT; 2]);
+    if !around.contains(&slot) {
+        let is_free = |s: &&mut u32| slots.get(**s as usize).is_none_or(|slot| !slot.is_drawn);
+        if let Some(place) = around.iter_mut().find(is_free) {
+            *place = slot;
+        }
+    }
+}
+
+impl Ord for Candidate {
+    /// The one to be refined first is the greatest.
+    fn cmp(&self, other: &Candidate) -> Ordering {
+        let by_key = self.level.total_cmp(&other.level).then(self.key.total_cmp(&other.key));
+        by_key.then((other.of, other.node).cmp(&(self.of, self.node)))
+    }
+}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Candidate) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Candidate) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Candidate {}

@@ -1,0 +1,135 @@
+//! How many triangles a selection draws, without drawing them.
+
+use crate::part::Sight;
+use crate::stitch::Stitcher;
+use crate::{Error, Selection, Shown, Stats};
+use fct::{Child, Loops, Node, Reader, Subtree};
+
+/// What a selection comes to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Counts {
+    pub(crate) triangles: u64,
+    pub(crate) clusters: u64,
+}
+
+/// A cut that was counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Counted {
+    pub(crate) counts: Counts,
+    /// The factor on the tolerance below which the first of its nodes is refined.
+    pub(crate) next: f64,
+}
+
+/// Counts; keeps its memory from one time to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Counter {
+    stack: Vec<(Subtree, bool)>,
+    loops: Loops,
+    corners: Vec<u32>,
+    stitcher: Stitcher,
+    drawn: Vec<u32>,
+}
+
+impl Counter {
+    /// Counts a whole cut, with the tolerance multiplied by a factor; gives up, with what it has so far, as soon as
+    /// `enough` says so.
+    pub(crate) fn cut(
+        &mut self,
+        shown: &Shown<'_>,
+        factor: f64,
+        enough: impl Fn(&Counts) -> bool,
+    ) -> Result<Counted, Error> {
+        let Shown { tree, selection: shape } = shown;
+        let selection = Selection { tolerance: shape.tolerance.scaled(factor), ..shape.clone() };
+        let reader = tree.reader();
+        let mut stats = Stats::default();
+        let mut cut = Counted::default();
+        self.stack.clear();
+        self.stack.push((reader.whole(), selection.frustum.is_none()));
+        while let Some((subtree, inside)) = self.stack.pop() {
+            if let Child::Face(_) = subtree.child.kind() {
+                cut.counts.clusters += 1;
+                cut.counts.triangles += 1;
+                continue;
+            }
+            let node = reader.node(&subtree)?;
+            match selection.sight(&subtree, &node, inside, &mut stats) {
+                Sight::Culled => {}
+                Sight::Refined { inside } => {
+                    let [left, right] = reader.children(&subtree)?;
+                    self.stack.extend([(right, inside), (left, inside)]);
+                }
+                Sight::Drawn => {
+                    cut.counts.clusters += 1;
+                    cut.counts.triangles += self.polygon(&reader, &selection, &subtree, &node)?;
+                    cut.next = cut.next.max(shape.level_of_node(&shape.tolerance, &node).1);
+                    if enough(&cut.counts) {
+                        break;
+                    }
+                }
+            }
+        }
+        Ok(cut)
+    }
+
+    /// The number of triangles of a subtree's root, single faces included.
+    pub(crate) fn subtree(
+        &mut self,
+        reader: &Reader<'_>,
+        selection: &Selection,
+        subtree: &Subtree,
+    ) -> Result<u64, Error> {
+        match subtree.child.kind() {
+            Child::Face(_) => Ok(1),
+            Child::Node(_) => self.polygon(reader, selection, subtree, &reader.node(subtree)?),
+        }
+    }
+
+    /// The vertices on the boundary of a subtree.
+    pub(crate) fn boundary(&mut self, reader: &Reader<'_>, subtree: &Subtree) -> Result<&[u32], Error> {
+        reader.read_loops(subtree, &mut self.loops)?;
+        Ok(&self.loops.vertices)
+    }
+
+    /// The vertices on the boundary of the subtree that was counted last.
+    pub(crate) fn last_boundary(&self) -> &[u32] {
+        &self.loops.vertices
+    }
+
+    /// The number of triangles of a node that is drawn.
+    ///
+    /// A polygon of n corners that are all different is drawn with n - 2. Where holes are joined, or a corner occurs
+    /// more than once, some come to nothing, and only drawing tells how many.
+    pub(crate) fn polygon(
+        &mut self,
+        reader: &Reader<'_>,
+        selection: &Selection,
+        subtree: &Subtree,
+        node: &Node,
+    ) -> Result<u64, Error> {
+        reader.read_loops(subtree, &mut self.loops)?;
+        self.corners.clear();
+        let mut rings = 0;
+        for ring in self.loops.iter() {
+            let start = self.corners.len();
+            self.corners.extend(ring.iter().copied().filter(|v| selection.draws(reader, *v)));
+            if self.corners.len() < start + 3 {
+                self.corners.truncate(start);
+            } else {
+                rings += 1;
+            }
+        }
+        if rings == 0 {
+            return Ok(0);
+        }
+        let corners = self.corners.len();
+        self.corners.sort_unstable();
+        self.corners.dedup();
+        if rings == 1 && self.corners.len() == corners {
+            return Ok(corners as u64 - 2);
+        }
+        self.drawn.clear();
+        self.stitcher.draw(reader, selection, subtree, node, &mut self.drawn)?;
+        Ok(self.drawn.len() as u64 / 3)
+    }
+}

@@ -1,0 +1,70 @@
+//! Regions of interest.
+
+use glam::DVec3;
+
+/// A ball with an error of its own.
+///
+/// # Paper
+/// `[Tsuji07]` fig. 12: a part of a model at a finer resolution than the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Region {
+    /// Its centre, in the tree's coordinates.
+    pub center: DVec3,
+    /// Its radius, in the tree's unit.
+    pub radius: f64,
+    /// The error allowed in it, in the tree's unit; where regions overlap the smallest counts.
+    pub distance: f64,
+}
+
+impl Region {
+    pub(crate) fn is_usable(&self) -> bool {
+        self.center.is_finite() && self.radius >= 0.0 && self.radius.is_finite() && self.distance >= 0.0
+    }
+}
+
+/// The least error allowed in a sphere where regions lie over what `outside` allows.
+///
+/// It is what the regions that it touches allow, and what is allowed outside unless one region holds all of it.
+/// A sphere inside another one touches no more regions, so it is allowed no less.
+pub(crate) fn least(
+    regions: &[Region],
+    center: DVec3,
+    radius: f64,
+    outside: impl FnOnce() -> Option<f64>,
+) -> Option<f64> {
+    let mut least = f64::INFINITY;
+    let mut is_inside = false;
+    for region in regions {
+        let apart = region.center.distance(center);
+        if apart <= region.radius + radius {
+            least = least.min(region.distance);
+            is_inside |= apart + radius <= region.radius;
+        }
+    }
+    if is_inside { Some(least) } else { Some(outside()?.min(least)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64, radius: f64, regions: &[Region]) -> Option<f64> {
+        least(regions, DVec3::new(x, 0.0, 0.0), radius, || Some(1.0))
+    }
+
+    #[test]
+    fn a_region_counts_where_it_is_touched_and_alone_where_it_holds_all() {
+        let region =
+            |x: f64, distance: f64| Region { center: DVec3::new(x, 0.0, 0.0), radius: 2.0, distance };
+        let fine = [region(0.0, 0.1)];
+        assert_eq!(
+            [at(0.0, 1.0, &fine), at(2.5, 1.0, &fine), at(4.0, 1.0, &fine)].map(Option::unwrap),
+            [0.1, 0.1, 1.0]
+        );
+        let coarse = [region(0.0, 7.0)];
+        assert_eq!([at(0.0, 1.0, &coarse), at(2.5, 1.0, &coarse)].map(Option::unwrap), [7.0, 1.0]);
+        let both = [region(0.0, 7.0), region(1.0, 3.0)];
+        assert_eq!([at(0.0, 1.0, &both), at(-1.5, 0.4, &both)].map(Option::unwrap), [3.0, 7.0]);
+        assert_eq!(least(&fine, DVec3::X * 9.0, 1.0, || None), None);
+    }
+}
