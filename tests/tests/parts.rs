@@ -1,6 +1,6 @@
 //! Promise: a cut that is extracted part by part, however it is divided, is the cut that is extracted at once.
 
-use fcextract::{Extraction, Order, Part, Perspective, Selection, Stats, extract};
+use fcextract::{Extraction, Order, ParallelExtractor, Part, Perspective, Selection, Stats, extract};
 use fcgeom::Frustum;
 use fct::Tree;
 use fctests::random::Random;
@@ -73,4 +73,36 @@ fn parts_join_to_the_whole() {
     check("torus", &trees::tree_of(meshes::torus(120, 60, 3)), 120);
     check("grid", &trees::tree_of(meshes::grid(60, 2)), 120);
     check("sculpture", &trees::tree_of(trees::read(&trees::data("sculpture.ply"))), 40);
+}
+
+/// Everything that an extraction says, from one thread and from several.
+#[test]
+fn threads_extract_what_one_thread_does() {
+    let tree = trees::tree_of(trees::read(&trees::data("sculpture.ply")));
+    let [low, high] =
+        [tree.meta().bounds_min, tree.meta().bounds_max].map(|b| DVec3::from_array(b.map(f64::from)));
+    let (center, size) = ((low + high) * 0.5, (high - low).length());
+    let mut random = Random::new(6);
+    let (mut serial, mut parallel) = (Extraction::default(), Extraction::default());
+    let mut extractor = ParallelExtractor::default();
+    let mut triangles = 0;
+    for threads in [1, 2, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        for view in 0..20 {
+            let selection = random_selection(&mut random, center, size);
+            extract(&tree, &selection, &mut serial).unwrap_or_else(|e| panic!("{e}"));
+            pool.install(|| extractor.extract(&tree, &selection, &mut parallel))
+                .unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(parallel.indices, serial.indices, "{threads} threads, view {view}");
+            assert_eq!(parallel.clusters, serial.clusters, "{threads} threads, view {view}");
+            assert_eq!(parallel.stats, serial.stats, "{threads} threads, view {view}");
+            assert_eq!(
+                format!("{:?}", parallel.batches),
+                format!("{:?}", serial.batches),
+                "{threads} threads, view {view}"
+            );
+            triangles += serial.stats.triangles;
+        }
+    }
+    assert!(triangles > 100_000, "the views show next to nothing: {triangles}");
 }

@@ -28,6 +28,11 @@ impl Batch {
         Batch { subtree, first_index, index_count, bounding_polygon: None, sphere: Sphere::EMPTY }
     }
 
+    /// The same run, so many indices further on.
+    pub(crate) fn moved(&self, by: u32) -> Batch {
+        Batch { first_index: self.first_index + by, ..*self }
+    }
+
     /// Looks the sphere and the bounding polygon up; the polygons' records are sorted by node.
     pub(crate) fn find_bounds(&mut self, tree: &Tree, reader: &Reader<'_>) {
         match self.subtree.child.kind() {

@@ -104,7 +104,8 @@ impl Extraction {
                     }
                 }
                 Step::Close { subtree, first_index, first_batch } => {
-                    self.close(subtree, first_index, first_batch);
+                    let end = self.next_index()?;
+                    self.close(subtree, first_index, end, first_batch);
                 }
             }
         }
@@ -123,7 +124,7 @@ impl Extraction {
         subtree: Subtree,
         inside: bool,
     ) -> Result<Option<(Subtree, bool)>, Error> {
-        let first_index = u32::try_from(self.indices.len()).map_err(|_overflow| Error::TooManyTriangles)?;
+        let first_index = self.next_index()?;
         if let Child::Face(_) = subtree.child.kind() {
             self.begin_cluster(first_index);
             self.indices.extend(reader.face(&subtree)?);
@@ -152,18 +153,38 @@ impl Extraction {
         Ok(None)
     }
 
+    fn next_index(&self) -> Result<u32, Error> {
+        u32::try_from(self.indices.len()).map_err(|_overflow| Error::TooManyTriangles)
+    }
+
     fn begin_cluster(&mut self, first_index: u32) {
         self.stats.clusters += 1;
         self.clusters.push(first_index / 3);
     }
 
-    /// Joins the batches of a subtree that is still small.
-    fn close(&mut self, subtree: Subtree, first_index: u32, first_batch: usize) {
-        let count = self.indices.len() as u64 - u64::from(first_index);
-        if self.batches.len() > first_batch + 1 && count <= u64::from(3 * BATCH_TRIANGLES) {
+    /// Joins the batches of a subtree, which ends before `end`, if it is still small; says whether it did.
+    pub(crate) fn close(&mut self, subtree: Subtree, first_index: u32, end: u32, first_batch: usize) -> bool {
+        let count = end - first_index;
+        let joins = self.batches.len() > first_batch + 1 && count <= 3 * BATCH_TRIANGLES;
+        if joins {
             self.batches.truncate(first_batch);
-            self.batches.push(Batch::new(subtree, first_index, count as u32));
+            self.batches.push(Batch::new(subtree, first_index, count));
         }
+        joins
+    }
+}
+
+impl Stats {
+    /// Adds what another extraction came to.
+    pub(crate) fn add(&mut self, other: &Stats) {
+        self.nodes_visited += other.nodes_visited;
+        self.culled_frustum += other.culled_frustum;
+        self.culled_cone += other.culled_cone;
+        self.faces_culled += other.faces_culled;
+        self.clusters += other.clusters;
+        self.triangles += other.triangles;
+        self.folded += other.folded;
+        self.bound = self.bound.max(other.bound);
     }
 }
 

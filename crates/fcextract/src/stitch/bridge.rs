@@ -2,53 +2,77 @@
 
 use super::Outline;
 use glam::DVec2;
+use std::ops::Range;
 
-/// Joins all loops into one by edges that are walked there and back.
-///
-/// The loop of largest area is the outline; each other one is joined where it comes nearest to it, nearest loops
-/// first.
-pub(super) fn join_loops(outline: &mut Outline) {
-    if outline.loop_ends.len() < 2 {
-        return;
-    }
-    let Outline { vertices, points, loop_ends } = outline;
-    let mut rings: Vec<(Vec<u32>, Vec<DVec2>)> = Vec::with_capacity(loop_ends.len());
-    let mut start = 0;
-    for &end in loop_ends.iter() {
-        rings.push((vertices[start..end].to_vec(), points[start..end].to_vec()));
-        start = end;
-    }
-    let area = |ring: &[DVec2]| -> f64 {
-        (0..ring.len()).map(|i| ring[i].perp_dot(ring[(i + 1) % ring.len()])).sum()
-    };
-    let outer =
-        (1..rings.len()).fold(0, |best, i| if area(&rings[i].1) > area(&rings[best].1) { i } else { best });
-    let (mut joined, mut at) = rings.swap_remove(outer);
-    // Nearest pair of each remaining ring; updated by what each join adds, so the whole costs a product, not a cube.
-    let mut nearest: Vec<(f64, usize, usize)> = rings.iter().map(|r| closest(&at, 0, &r.1)).collect();
-    while let Some(next) = (0..rings.len()).reduce(|a, b| if nearest[b].0 < nearest[a].0 { b } else { a }) {
-        let (ring, places) = rings.swap_remove(next);
-        let (_, on_outline, on_ring) = nearest.swap_remove(next);
-        // outline ... a, [b ... around the ring ... b, a], ... rest of the outline
-        let turned = |i: usize| (on_ring + i) % ring.len();
-        let added: Vec<usize> = (0..=ring.len()).map(turned).collect();
-        let (a, a_place) = (joined[on_outline], at[on_outline]);
-        joined.splice(on_outline + 1..on_outline + 1, added.iter().map(|&i| ring[i]).chain([a]));
-        at.splice(on_outline + 1..on_outline + 1, added.iter().map(|&i| places[i]).chain([a_place]));
-        let grown = added.len() + 1;
-        for (pair, other) in nearest.iter_mut().zip(&rings) {
-            if pair.1 > on_outline {
-                pair.1 += grown;
-            }
-            let candidate = closest(&at[on_outline + 1..on_outline + 1 + grown], on_outline + 1, &other.1);
-            if candidate.0 < pair.0 {
-                *pair = candidate;
+/// Joins loops; keeps its memory from one polygon to the next.
+#[derive(Debug, Default)]
+pub(super) struct Bridge {
+    /// The outline with what has been joined to it, and its points.
+    joined: Vec<u32>,
+    at: Vec<DVec2>,
+    /// The loops still to be joined, and of each the nearest pair with the outline.
+    rings: Vec<Range<usize>>,
+    nearest: Vec<(f64, usize, usize)>,
+}
+
+impl Bridge {
+    /// Joins all loops into one by edges that are walked there and back.
+    ///
+    /// The loop of largest area is the outline; each other one is joined where it comes nearest to it, nearest loops
+    /// first.
+    pub(super) fn join_loops(&mut self, outline: &mut Outline) {
+        if outline.loop_ends.len() < 2 {
+            return;
+        }
+        let Outline { vertices, points, loop_ends } = outline;
+        let Bridge { joined, at, rings, nearest } = self;
+        rings.clear();
+        let mut start = 0;
+        for &end in loop_ends.iter() {
+            rings.push(start..end);
+            start = end;
+        }
+        let area = |ring: &Range<usize>| -> f64 {
+            let ring = &points[ring.clone()];
+            (0..ring.len()).map(|i| ring[i].perp_dot(ring[(i + 1) % ring.len()])).sum()
+        };
+        let outer =
+            (1..rings.len()).fold(0, |best, i| if area(&rings[i]) > area(&rings[best]) { i } else { best });
+        let outer = rings.swap_remove(outer);
+        joined.clear();
+        joined.extend_from_slice(&vertices[outer.clone()]);
+        at.clear();
+        at.extend_from_slice(&points[outer]);
+        // Nearest pair of each remaining ring; updated by what each join adds, so the whole costs a product, not a cube.
+        nearest.clear();
+        nearest.extend(rings.iter().map(|r| closest(at, 0, &points[r.clone()])));
+        while let Some(next) = (0..rings.len()).reduce(|a, b| if nearest[b].0 < nearest[a].0 { b } else { a })
+        {
+            let ring = rings.swap_remove(next);
+            let (_, on_outline, on_ring) = nearest.swap_remove(next);
+            // outline ... a, [b ... around the ring ... b, a], ... rest of the outline
+            let turned = (0..=ring.len()).map(|i| ring.start + (on_ring + i) % ring.len());
+            let (a, a_place) = (joined[on_outline], at[on_outline]);
+            let gap = on_outline + 1..on_outline + 1;
+            joined.splice(gap.clone(), turned.clone().map(|i| vertices[i]).chain([a]));
+            at.splice(gap, turned.map(|i| points[i]).chain([a_place]));
+            let grown = ring.len() + 2;
+            for (pair, other) in nearest.iter_mut().zip(rings.iter()) {
+                if pair.1 > on_outline {
+                    pair.1 += grown;
+                }
+                let added = &at[on_outline + 1..on_outline + 1 + grown];
+                let candidate = closest(added, on_outline + 1, &points[other.clone()]);
+                if candidate.0 < pair.0 {
+                    *pair = candidate;
+                }
             }
         }
+        loop_ends.clear();
+        loop_ends.push(joined.len());
+        std::mem::swap(vertices, joined);
+        std::mem::swap(points, at);
     }
-    *loop_ends = vec![joined.len()];
-    *vertices = joined;
-    *points = at;
 }
 
 /// Squared distance and indices of the nearest pair; the first list counts from `first`.
@@ -77,7 +101,7 @@ mod tests {
         let points: Vec<DVec2> =
             hole.iter().chain(&square).chain(&other).map(|&(x, y)| DVec2::new(x, y)).collect();
         let mut outline = Outline { vertices: (0..12).collect(), points, loop_ends: vec![4, 8, 12] };
-        join_loops(&mut outline);
+        Bridge::default().join_loops(&mut outline);
         assert_eq!(outline.loop_ends, [16]);
         assert_eq!(outline.vertices.len(), outline.points.len());
         let n = outline.vertices.len();

@@ -9,6 +9,7 @@ mod bridge;
 mod triangulate;
 
 use crate::{Error, Selection};
+use bridge::Bridge;
 use fct::{Loops, Node, Reader, Subtree, VertexRecord};
 use glam::{DVec2, DVec3};
 use triangulate::Triangulator;
@@ -20,6 +21,7 @@ pub(crate) struct Stitcher {
     outline: Outline,
     /// Of the outline's vertices over the plane that fits the cluster best.
     heights: Vec<f64>,
+    bridge: Bridge,
     triangulator: Triangulator,
 }
 
@@ -102,7 +104,7 @@ impl Stitcher {
             let p = position(v) - origin;
             DVec2::new(p.dot(x), p.dot(y))
         }));
-        bridge::join_loops(outline);
+        self.bridge.join_loops(outline);
         let (normal, level) = plane;
         self.heights.clear();
         self.heights.extend(outline.vertices.iter().map(|&v| normal.dot(position(v)) - level));
