@@ -19,8 +19,9 @@ Examples:
   Pictures along a path recorded in the window with R:
     fcview dragon.fct --headless --camera fcview-path-0.json --frames 250 --screenshot 'f{n}.png'
 
-In the window: drag to turn, drag with Shift or the right button to pan, wheel to zoom, F to fit,
-P to save a picture, Q or Esc to quit.
+In the window: drag to turn, drag with Shift or the right button to pan, wheel to zoom, W A S D Q E to fly,
+F to see everything, Space to freeze the cut, P to save a picture, R to record a path, O to open a file or drop one,
+Esc to quit. The panel lists all keys.
 WGPU_BACKEND (vulkan, gl, metal, dx12) and WGPU_ADAPTER_NAME choose the graphics adapter.
 Exit codes: 0 done, 1 our bug, 2 usage, 3 bad path of a camera, 4 input or output, 5 a limit, 6 no GPU or display,
 7 invalid .fct.";
@@ -85,6 +86,9 @@ pub struct Cli {
     /// Write counts and times of all frames; an existing file is replaced
     #[arg(long, value_name = "OUT.json", requires = "headless")]
     pub stats: Option<PathBuf>,
+    /// Show the files anew when they are replaced
+    #[arg(long, conflicts_with = "headless")]
+    pub watch: bool,
     /// For tests: lose the graphics device at each of the first N attempts to draw
     #[arg(long, value_name = "N", default_value_t = 0, hide = true)]
     pub lose_device: u32,
@@ -261,6 +265,7 @@ mod tests {
             "a.fct --occlusion maybe",
             "a.fct --headless --camera round",
             "a.fct --camera fly",
+            "a.fct --headless --watch",
             "a.fct --triangles 5",
         ] {
             let error = parse(words).expect_err(words);

@@ -21,6 +21,7 @@ pub mod camera;
 pub mod camera_path;
 pub mod cli;
 mod error;
+pub mod flight;
 mod frame;
 mod gpu;
 pub mod headless;

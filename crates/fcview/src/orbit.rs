@@ -5,7 +5,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// How near to straight up or down the camera may climb, radians: beyond, up would flip.
-const STEEPEST: f64 = FRAC_PI_2 - 0.02;
+pub(crate) const STEEPEST: f64 = FRAC_PI_2 - 0.02;
 
 /// Where a fresh camera stands: a little to the right of the front.
 const FIRST_YAW: f64 = 0.45;
@@ -71,11 +71,23 @@ impl Orbit {
         Orbit { yaw: other.yaw, pitch: other.pitch, ..self }
     }
 
+    /// What another camera sees, turning around a point `distance` before it.
+    #[must_use]
+    pub fn before(self, camera: &Camera, distance: f64) -> Orbit {
+        let (yaw, pitch) = angles(-camera.forward);
+        let distance = self.limited(distance);
+        let orbit = Orbit { yaw, pitch, distance, ..self };
+        Orbit { target: camera.eye - distance * orbit.back(), ..orbit }
+    }
+
     /// Unit vector from the target to the eye.
     fn back(&self) -> DVec3 {
-        let (sin_yaw, cos_yaw) = self.yaw.sin_cos();
-        let (sin_pitch, cos_pitch) = self.pitch.sin_cos();
-        DVec3::new(cos_pitch * sin_yaw, sin_pitch, cos_pitch * cos_yaw)
+        direction(self.yaw, self.pitch)
+    }
+
+    /// A distance within the limits.
+    fn limited(&self, distance: f64) -> f64 {
+        distance.clamp(1e-4 * self.reach, 1e4 * self.reach)
     }
 
     /// The camera.
@@ -108,9 +120,22 @@ impl Orbit {
     pub fn zoom(&mut self, factor: f64) {
         let distance = self.distance * factor;
         if distance.is_finite() {
-            self.distance = distance.clamp(1e-4 * self.reach, 1e4 * self.reach);
+            self.distance = self.limited(distance);
         }
     }
+}
+
+/// The unit vector at an angle around the vertical axis, from +z toward +x, and one above the horizon, radians.
+pub(crate) fn direction(yaw: f64, pitch: f64) -> DVec3 {
+    let (sin_yaw, cos_yaw) = yaw.sin_cos();
+    let (sin_pitch, cos_pitch) = pitch.sin_cos();
+    DVec3::new(cos_pitch * sin_yaw, sin_pitch, cos_pitch * cos_yaw)
+}
+
+/// The angles of a unit vector, no steeper than a camera may climb.
+pub(crate) fn angles(direction: DVec3) -> (f64, f64) {
+    let pitch = direction.y.clamp(-1.0, 1.0).asin().clamp(-STEEPEST, STEEPEST);
+    (direction.x.atan2(direction.z).rem_euclid(TAU), pitch)
 }
 
 /// A camera on a closed path through the box around `points`, `t` in 0..1, looking where it goes.
@@ -182,6 +207,19 @@ mod tests {
             orbit.pan(wild * (random.unit() - 0.5), wild * (random.unit() - 0.5));
             orbit.zoom(wild * random.unit());
             assert!(orbit.camera().view([64, 64], 0.01).is_ok(), "{orbit:?}");
+        }
+    }
+
+    #[test]
+    fn another_camera_is_taken_over_where_it_is() {
+        let mut random = Random::new(6);
+        let orbit = Orbit::around(&[DVec3::ZERO, DVec3::ONE], 0.7, 1.5);
+        for _ in 0..100 {
+            let forward = (random.direction() * DVec3::new(1.0, 0.5, 1.0)).normalize_or(DVec3::X);
+            let camera = Camera { eye: 3.0 * random.direction(), forward, up: DVec3::Y, fov: 0.7 };
+            let taken = orbit.before(&camera, 0.5 + random.unit());
+            assert!(taken.camera().eye.distance(camera.eye) < 1e-9, "{camera:?}");
+            assert!(taken.camera().forward.distance(forward) < 1e-9, "{camera:?}");
         }
     }
 

@@ -316,7 +316,7 @@ fn help_shows_examples_on_stdout() {
     assert!(output.status.success());
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.contains("--instances 100") && text.contains("Exit codes"), "{text}");
-    for part in ["replaced", "Shift", "wheel", "Esc"] {
+    for part in ["replaced", "Shift", "wheel", "W A S D", "Esc"] {
         assert!(text.contains(part), "`{part}` is not in: {text}");
     }
 }

@@ -15,7 +15,8 @@ use std::time::Duration;
 /// scene takes many seconds; shorter would break honest work, longer only delays the message.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A device with its queue, and what the driver said about itself.
+/// A device with its queue, and what the driver said about itself. A clone is the same device.
+#[derive(Clone)]
 pub struct Gpu {
     #[cfg(feature = "window")]
     pub(crate) instance: wgpu::Instance,

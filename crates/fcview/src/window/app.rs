@@ -1,39 +1,52 @@
 //! The application: events in, frames out.
 
-use super::input::Mouse;
+use super::chooser::Chooser;
+use super::input::{self, Action, Mouse};
+use super::navigation::{Mode, Navigation};
+use super::outline;
 use super::panel::{Panel, Wishes};
+use super::recording::Recording;
 use super::screen::{Overlay, Screen, Shown};
+use super::watch::Watch;
 use crate::cli::Cli;
-use crate::headless::software_warning;
-use crate::orbit::Orbit;
+use crate::headless::{open_scene, software_warning};
 use crate::recovery::{Recovery, Remedy};
-use crate::stats::FrameStats;
-use crate::{Error, Scene};
+use crate::renderer::Renderer;
+use crate::{Camera, Error, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{ElementState, WindowEvent};
+use winit::event::{ElementState, KeyEvent, StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::keyboard::{Key, NamedKey};
-use winit::window::{Window, WindowId};
+use winit::window::{Fullscreen, Window, WindowId};
 
-/// Radians that the camera turns by itself each frame.
-const TURN_STEP: f64 = 0.012;
+/// Complaints of the driver in a row after which the run gives up: one may come of a moment's state of the window.
+const COMPLAINTS: u32 = 3;
 
 /// The running program.
 pub(super) struct App<'a> {
+    cli: Cli,
     scene: Scene,
-    title: String,
-    size: [u32; 2],
-    fov: f64,
-    orbit: Orbit,
+    navigation: Navigation,
+    /// The camera's state at the last frame that was drawn, for when the next makes no view.
+    good: Navigation,
     mouse: Mouse,
     panel: Panel,
-    stats: FrameStats,
+    chooser: Chooser,
+    recording: Option<Recording>,
+    watch: Option<Watch>,
+    /// Files dropped on the window; they come one by one.
+    dropped: Vec<PathBuf>,
     screen: Option<Screen>,
     recovery: Recovery,
-    screenshots: u32,
+    complaints: u32,
+    /// Losses of the device still to come, for tests.
+    losses: u32,
+    last_frame: Instant,
+    /// When the panel wants to be drawn again.
+    wake: Option<Instant>,
     failure: Option<Error>,
     /// Where warnings go, until one is given.
     warn: Option<&'a mut dyn FnMut(&str)>,
@@ -41,25 +54,27 @@ pub(super) struct App<'a> {
 
 impl<'a> App<'a> {
     pub(super) fn new(cli: &Cli, scene: Scene, warn: &'a mut dyn FnMut(&str)) -> App<'a> {
-        let faces = |instance: &crate::Instance| {
-            scene.models.get(instance.model).map_or(0, |model| model.tree.face_count() as u64)
-        };
-        let faces = scene.instances.iter().map(faces).sum();
         let [width, height] = cli.size.map(f64::from);
+        let navigation = Navigation::facing(&scene.extremes(), cli.field_of_view(), width / height);
         App {
-            title: title(&cli.files),
-            size: cli.size,
-            fov: cli.field_of_view(),
-            orbit: Orbit::facing(&scene.extremes(), cli.field_of_view(), width / height),
+            navigation,
+            good: navigation,
             mouse: Mouse::default(),
-            panel: Panel::new(cli.frame_options(), cli.pixels, faces),
-            stats: FrameStats::default(),
+            panel: Panel::new(cli.frame_options(), cli.pixels, faces(&scene)),
+            chooser: Chooser::beside(cli.files.first()),
+            recording: None,
+            watch: cli.watch.then(|| Watch::new(&cli.files)),
+            dropped: Vec::new(),
             screen: None,
             recovery: Recovery::default(),
-            screenshots: 0,
+            complaints: 0,
+            losses: cli.lose_device,
+            last_frame: Instant::now(),
+            wake: None,
             failure: None,
             warn: Some(warn),
             scene,
+            cli: cli.clone(),
         }
     }
 
@@ -80,8 +95,9 @@ impl<'a> App<'a> {
             None => {
                 let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
                 let attributes = Window::default_attributes()
-                    .with_title(self.title.as_str())
-                    .with_inner_size(fitting(self.size, monitor.map(|monitor| monitor.size())));
+                    .with_title(title(&self.cli.files))
+                    .with_window_icon(super::icon::icon())
+                    .with_inner_size(fitting(self.cli.size, monitor.map(|monitor| monitor.size())));
                 let made = event_loop.create_window(attributes);
                 Arc::new(made.map_err(|error| Error::NoWindow { reason: error.to_string() })?)
             }
@@ -100,32 +116,54 @@ impl<'a> App<'a> {
     }
 
     /// Draws and shows a frame.
-    fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), Error> {
+    fn frame(&mut self) -> Result<(), Error> {
         let Some(screen) = &mut self.screen else { return Ok(()) };
         let Some(size) = screen.size() else { return Ok(()) };
-        if self.panel.turning {
-            self.orbit.turn(-TURN_STEP, 0.0);
+        let seconds = self.last_frame.elapsed().as_secs_f64();
+        self.last_frame = Instant::now();
+        let hurry = self.mouse.modifiers.shift_key();
+        let moving = self.navigation.advance(seconds, hurry, &self.scene);
+        let camera = self.navigation.camera();
+        if let Some(recording) = &mut self.recording {
+            recording.note(&camera);
+            self.panel.message = format!("recording the path: {:.1} s", recording.seconds());
         }
-        let camera = self.orbit.camera();
         self.panel.options.size = size;
         self.panel.options.frozen =
             if self.panel.frozen { self.panel.options.frozen.or(Some(camera)) } else { None };
-        let drawn = screen.renderer.draw(&self.scene, &camera, &self.panel.options);
-        match drawn {
+        if self.losses > 0 {
+            self.losses -= 1;
+            screen.renderer.gpu().lose();
+        }
+        match screen.renderer.draw(&self.scene, &camera, &self.panel.options) {
             Ok(stats) => {
                 self.panel.note(&stats);
-                self.stats = stats;
+                self.good = self.navigation;
+                self.complaints = 0;
             }
-            // A camera without a view keeps the last picture.
-            Err(Error::Camera { reason }) => self.panel.message = reason.to_owned(),
+            // A camera without a view gives way to the last that had one.
+            Err(Error::Camera { reason }) => {
+                self.panel.message = reason.to_owned();
+                self.navigation = self.good;
+            }
+            Err(Error::Device { message }) if self.complaints < COMPLAINTS => {
+                self.complaints += 1;
+                self.panel.message = message;
+                screen.window.request_redraw();
+            }
             Err(error) => return Err(error),
         }
 
         let context = screen.egui.egui_ctx().clone();
         let input = screen.egui.take_egui_input(&screen.window);
         let mut wishes = Wishes::default();
-        let before = self.panel.options;
-        let mut output = context.run_ui(input, |ui| wishes = self.panel.show(ui, &self.stats));
+        let mut chosen = None;
+        let before = (self.panel.options, self.panel.frozen, self.navigation);
+        let mut output = context.run_ui(input, |ui| {
+            show_frozen(ui.ctx(), &self.scene, &camera, &self.panel);
+            wishes = self.panel.show(ui, &mut self.navigation, self.recording.is_some());
+            chosen = self.chooser.show(ui.ctx());
+        });
         let platform = std::mem::take(&mut output.platform_output);
         screen.egui.handle_platform_output(&screen.window, platform);
         let repaint = output.viewport_output.values().map(|viewport| viewport.repaint_delay).min();
@@ -136,73 +174,168 @@ impl<'a> App<'a> {
         };
         let shown = screen.show(overlay)?;
         let animated = repaint.is_some_and(|delay| delay.is_zero());
-        let again = self.panel.turning || animated || before != self.panel.options;
+        let changed = before != (self.panel.options, self.panel.frozen, self.navigation);
+        let again = moving || self.recording.is_some() || animated || changed;
         if shown == Shown::Again || (shown == Shown::Yes && again) {
             screen.window.request_redraw();
         }
-        match repaint.and_then(|delay| std::time::Instant::now().checked_add(delay)) {
-            Some(time) => event_loop.set_control_flow(ControlFlow::WaitUntil(time)),
-            None => event_loop.set_control_flow(ControlFlow::Wait),
-        }
-        if wishes.fit {
-            self.fit();
-        }
-        if wishes.screenshot {
-            self.screenshot();
+        self.wake = repaint.and_then(|delay| Instant::now().checked_add(delay));
+        self.grant(wishes);
+        if let Some(path) = chosen {
+            let opened = self.load(vec![path], false);
+            self.chooser.done(opened);
+            self.redraw();
         }
         Ok(())
     }
 
     /// Draws a frame, again after a failure for which there is a remedy.
     fn frame_or_remedy(&mut self, event_loop: &ActiveEventLoop) {
-        let remedied = match self.frame(event_loop) {
-            Ok(()) => {
-                self.recovery.drawn();
+        let failure = match self.frame() {
+            Ok(()) => return self.recovery.drawn(),
+            Err(failure) => failure,
+        };
+        let remedied = match self.recovery.remedy(failure) {
+            Ok(Remedy::Rebuild) => {
+                let window = self.screen.take().map(|screen| Arc::clone(&screen.window));
+                self.open(event_loop, window)
+            }
+            Ok(Remedy::Evict) => {
+                if let Some(screen) = &mut self.screen {
+                    screen.renderer.evict();
+                }
                 Ok(())
             }
-            Err(failure) => self.recovery.remedy(failure).and_then(|remedy| match remedy {
-                Remedy::Rebuild => {
-                    let window = self.screen.take().map(|screen| Arc::clone(&screen.window));
-                    self.open(event_loop, window)
-                }
-                Remedy::Evict => {
-                    if let Some(screen) = &mut self.screen {
-                        screen.renderer.evict();
-                    }
-                    self.redraw();
-                    Ok(())
-                }
-            }),
+            Err(Error::DeviceMemory { .. }) if self.panel.coarsen(2.0) => {
+                self.panel.message = "no graphics memory left: drawn more coarsely".to_owned();
+                Ok(())
+            }
+            Err(error) => Err(error),
         };
-        if let Err(error) = remedied {
-            self.fail(event_loop, error);
+        match remedied {
+            Ok(()) => self.redraw(),
+            Err(error) => self.fail(event_loop, error),
         }
     }
 
-    /// Sees everything again.
-    fn fit(&mut self) {
-        let [width, height] = self.panel.options.size.map(f64::from);
-        let fresh = Orbit::facing(&self.scene.extremes(), self.fov, width / height.max(1.0));
-        self.orbit = fresh.seen_from(&self.orbit);
+    /// Does what the panel's buttons ask for.
+    fn grant(&mut self, wishes: Wishes) {
+        if let Some(mode) = wishes.mode {
+            self.navigation.set_mode(mode, &self.scene);
+        }
+        for (wished, action) in [
+            (wishes.fit, Action::Fit),
+            (wishes.reset, Action::Reset),
+            (wishes.screenshot, Action::Screenshot),
+            (wishes.record, Action::Record),
+            (wishes.open, Action::Open),
+        ] {
+            if wished {
+                self.act(action);
+            }
+        }
+    }
+
+    /// Does what a key or a button asks for.
+    fn act(&mut self, action: Action) {
+        match action {
+            Action::SwitchMode => {
+                let other = if self.navigation.mode() == Mode::Orbit { Mode::Fly } else { Mode::Orbit };
+                self.navigation.set_mode(other, &self.scene);
+            }
+            Action::Fit => {
+                let fitted =
+                    self.navigation.fitted(&self.scene.extremes(), self.cli.field_of_view(), self.aspect());
+                self.navigation = fitted;
+            }
+            Action::Reset => self.reset(),
+            Action::Turn => {
+                self.navigation.set_mode(Mode::Orbit, &self.scene);
+                self.navigation.turning = !self.navigation.turning;
+            }
+            Action::Freeze => self.panel.frozen = !self.panel.frozen,
+            Action::Coarser => drop(self.panel.coarsen(1.25)),
+            Action::Finer => drop(self.panel.coarsen(0.8)),
+            Action::Screenshot => self.screenshot(),
+            Action::Record => self.record(),
+            Action::Open => self.chooser.toggle(),
+            Action::Panel => self.panel.shown = !self.panel.shown,
+            Action::FullScreen => {
+                if let Some(screen) = &self.screen {
+                    let full = screen.window.fullscreen().is_none();
+                    screen.window.set_fullscreen(full.then_some(Fullscreen::Borderless(None)));
+                }
+            }
+            Action::Quit => {}
+        }
         self.redraw();
+    }
+
+    /// The first view of the scene.
+    fn reset(&mut self) {
+        let fov = self.cli.field_of_view();
+        self.navigation = Navigation::facing(&self.scene.extremes(), fov, self.aspect());
+    }
+
+    /// Width over height of the picture.
+    fn aspect(&self) -> f64 {
+        let [width, height] = self.panel.options.size.map(f64::from);
+        width / height.max(1.0)
+    }
+
+    /// Shows other files, or the same ones anew with the camera where it is. What is shown stays if they cannot be.
+    fn load(&mut self, files: Vec<PathBuf>, same: bool) -> Result<(), String> {
+        let cli = Cli { files, ..self.cli.clone() };
+        let loaded = open_scene(&cli).and_then(|scene| {
+            if let Some(screen) = &mut self.screen {
+                let gpu = screen.renderer.gpu().clone();
+                screen.renderer = Renderer::new(gpu, &scene)?;
+            }
+            Ok(scene)
+        });
+        let scene = loaded.map_err(|error| error.to_string()).inspect_err(|error| {
+            self.panel.message.clone_from(error);
+        })?;
+        self.scene = scene;
+        self.cli = cli;
+        self.panel.faces = faces(&self.scene);
+        self.panel.message = format!("opened {}", names(&self.cli.files));
+        self.watch = self.watch.is_some().then(|| Watch::new(&self.cli.files));
+        if let Some(screen) = &self.screen {
+            screen.window.set_title(&title(&self.cli.files));
+        }
+        if !same {
+            self.panel.frozen = false;
+            self.recording = None;
+            self.reset();
+        }
+        Ok(())
+    }
+
+    /// Begins a recording, or ends it and saves the path under the first free name.
+    fn record(&mut self) {
+        let camera = self.navigation.camera();
+        let Some(recording) = self.recording.take() else {
+            self.recording = Some(Recording::start(&camera));
+            return;
+        };
+        let path = free_name("fcview-path-", "json");
+        let saved = recording.finish(&camera).and_then(|recorded| {
+            recorded.write(&path).map_err(|error| error.to_string())?;
+            Ok(format!("saved {}: {:.1} s", path.display(), recorded.seconds()))
+        });
+        self.panel.message = saved.unwrap_or_else(|error| error);
     }
 
     /// Saves the picture, without the panel, under the first free name.
     fn screenshot(&mut self) {
         let Some(screen) = &self.screen else { return };
-        let path = loop {
-            let path = PathBuf::from(format!("fcview-{}.png", self.screenshots));
-            self.screenshots += 1;
-            if !path.exists() || self.screenshots > 100_000 {
-                break path;
-            }
-        };
+        let path = free_name("fcview-", "png");
         let saved = screen.renderer.image(false).and_then(|image| image.write_png(&path));
         self.panel.message = match saved {
             Ok(()) => format!("saved {}", path.display()),
             Err(error) => error.to_string(),
         };
-        self.redraw();
     }
 
     fn redraw(&self) {
@@ -210,16 +343,77 @@ impl<'a> App<'a> {
             screen.window.request_redraw();
         }
     }
+
+    /// A key went down or up.
+    fn key(&mut self, event_loop: &ActiveEventLoop, event: &KeyEvent, consumed: bool) {
+        let down = event.state == ElementState::Pressed;
+        let plain = !self.mouse.modifiers.control_key() && !self.mouse.modifiers.alt_key();
+        // A key that was held when the panel took the keyboard comes up all the same.
+        if let Some(toward) = input::toward(event)
+            && (!down || (plain && !consumed))
+        {
+            if !event.repeat {
+                self.navigation.hold(toward, down, &self.scene);
+            }
+            return self.redraw();
+        }
+        if !down || consumed {
+            return;
+        }
+        match input::action(&event.logical_key.as_ref(), self.mouse.modifiers) {
+            Some(Action::Quit) if self.chooser.open => self.act(Action::Open),
+            Some(Action::Quit) => event_loop.exit(),
+            // Held down, these change on and on; the others would flicker.
+            Some(action @ (Action::Coarser | Action::Finer)) => self.act(action),
+            Some(action) if !event.repeat => self.act(action),
+            _ => {}
+        }
+    }
+}
+
+/// The view that a frozen cut was chosen for, as lines.
+fn show_frozen(context: &egui::Context, scene: &Scene, camera: &Camera, panel: &Panel) {
+    let Some(frozen) = &panel.options.frozen else { return };
+    let Ok(view) = camera.view(panel.options.size, scene.near(camera.eye)) else { return };
+    let [width, height] = panel.options.size.map(f64::from);
+    // As deep as the scene is from there.
+    let depth = scene
+        .instances
+        .iter()
+        .filter_map(|instance| scene.sphere(instance))
+        .map(|(center, radius)| center.distance(frozen.eye) + radius)
+        .fold(0.0, f64::max);
+    let painter = context.layer_painter(egui::LayerId::background());
+    outline::draw(&painter, context.content_rect(), &view, frozen, width / height, depth);
+}
+
+/// The faces of all instances at full resolution.
+fn faces(scene: &Scene) -> u64 {
+    let faces = |instance: &crate::Instance| {
+        scene.models.get(instance.model).map_or(0, |model| model.tree.face_count() as u64)
+    };
+    scene.instances.iter().map(faces).sum()
+}
+
+/// The first name that no file has, with a number from 0 on.
+fn free_name(stem: &str, extension: &str) -> PathBuf {
+    let name = |number: u32| PathBuf::from(format!("{stem}{number}.{extension}"));
+    (0..100_000).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(100_000))
+}
+
+/// What files are called in a title or a message.
+fn names(files: &[PathBuf]) -> String {
+    let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    match files {
+        [] => "nothing".to_owned(),
+        [only] => name(only),
+        [first, rest @ ..] => format!("{} and {} more", name(first), rest.len()),
+    }
 }
 
 /// The window's title: what it shows, then the program.
 fn title(files: &[PathBuf]) -> String {
-    let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    match files {
-        [] => "facetree".to_owned(),
-        [only] => format!("{} - facetree", name(only)),
-        [first, rest @ ..] => format!("{} and {} more - facetree", name(first), rest.len()),
-    }
+    format!("{} - facetree", names(files))
 }
 
 /// A window's size, pixels, no larger than the monitor: beyond it, its panel and its edges are out of reach.
@@ -243,8 +437,12 @@ impl ApplicationHandler for App<'_> {
         }
     }
 
-    fn new_events(&mut self, _: &ActiveEventLoop, cause: winit::event::StartCause) {
-        if matches!(cause, winit::event::StartCause::ResumeTimeReached { .. }) {
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if matches!(cause, StartCause::ResumeTimeReached { .. }) {
+            if self.watch.as_mut().is_some_and(Watch::changed) {
+                // A failure is in the panel; the files may be whole the next time.
+                let _ = self.load(self.cli.files.clone(), true);
+            }
             self.redraw();
         }
     }
@@ -263,33 +461,50 @@ impl ApplicationHandler for App<'_> {
                 screen.window.request_redraw();
             }
             WindowEvent::Occluded(false) => screen.window.request_redraw(),
+            WindowEvent::Focused(false) => {
+                self.navigation.let_go();
+                self.mouse.left();
+            }
             WindowEvent::ModifiersChanged(modifiers) => self.mouse.modifiers = modifiers.state(),
             WindowEvent::CursorMoved { position, .. } => {
                 let height = screen.window.inner_size().height;
-                if self.mouse.moved(position, height, &mut self.orbit) {
+                if self.mouse.moved(position, height, &mut self.navigation, &self.scene) {
                     screen.window.request_redraw();
                 }
             }
-            WindowEvent::CursorLeft { .. } => self.mouse.left(),
             WindowEvent::MouseInput { state, button, .. } => {
                 self.mouse.button(button, state, !response.consumed);
             }
             WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
-                Mouse::wheel(delta, &mut self.orbit);
+                self.navigation.wheel(input::notches(delta));
                 screen.window.request_redraw();
             }
-            WindowEvent::KeyboardInput { event, .. }
-                if event.state == ElementState::Pressed && !response.consumed =>
-            {
-                match event.logical_key.as_ref() {
-                    Key::Character("f" | "F") => self.fit(),
-                    Key::Character("p" | "P") => self.screenshot(),
-                    Key::Character("q" | "Q") | Key::Named(NamedKey::Escape) => event_loop.exit(),
-                    _ => {}
-                }
+            WindowEvent::KeyboardInput { event, .. } => self.key(event_loop, &event, response.consumed),
+            WindowEvent::HoveredFile(path) => {
+                self.panel.message = format!("drop {} to open it", names(&[path]));
+                screen.window.request_redraw();
             }
+            WindowEvent::HoveredFileCancelled => {
+                self.panel.message.clear();
+                screen.window.request_redraw();
+            }
+            WindowEvent::DroppedFile(path) => self.dropped.push(path),
             _ => {}
         }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if !self.dropped.is_empty() {
+            let files = std::mem::take(&mut self.dropped);
+            // A failure is in the panel, where the user looks.
+            let _ = self.load(files, false);
+            self.redraw();
+        }
+        let watch = self.watch.as_ref().map(Watch::next);
+        event_loop.set_control_flow(match self.wake.into_iter().chain(watch).min() {
+            Some(time) => ControlFlow::WaitUntil(time),
+            None => ControlFlow::Wait,
+        });
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {

@@ -1,9 +1,16 @@
-//! The window: the renderer's picture under a panel of counts and switches, and a camera for the mouse.
+//! The window: the renderer's picture under a panel of counts and switches, and a camera in the hand.
 
 mod app;
+mod chooser;
+mod history;
+mod icon;
 mod input;
+mod navigation;
+mod outline;
 mod panel;
+mod recording;
 mod screen;
+mod watch;
 
 use crate::cli::Cli;
 use crate::{Error, headless};

@@ -1,11 +1,14 @@
 //! The panel: what a frame cost and drew, and the switches.
 
+use super::history::History;
+use super::input::KEYS;
+use super::navigation::{Mode, Navigation};
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
 use crate::stats::{FrameStats, grouped};
-use egui::{RichText, Slider, Ui};
+use egui::{CollapsingHeader, RichText, Slider, Ui};
 
 /// Width of the panel's contents, points.
-const WIDTH: f32 = 230.0;
+const WIDTH: f32 = 256.0;
 
 /// Height of the panel where the window has room for it, points; what is beyond is scrolled to.
 const HEIGHT: f32 = 684.0;
@@ -14,7 +17,10 @@ const HEIGHT: f32 = 684.0;
 const GAP: f32 = 12.0;
 
 /// Size of the tables' text, points.
-const SMALL: f32 = 12.0;
+pub(super) const SMALL: f32 = 12.0;
+
+/// Tolerances that can be set, pixels.
+const PIXELS: std::ops::RangeInclusive<f64> = 0.1..=64.0;
 
 /// What the panel shows and sets.
 pub(super) struct Panel {
@@ -22,18 +28,18 @@ pub(super) struct Panel {
     pub(super) options: FrameOptions,
     /// Tolerance, kept while full resolution is on.
     pixels: f64,
-    /// Turn around the scene by itself, frame after frame.
-    pub(super) turning: bool,
     /// Whether detail and culling are held.
     pub(super) frozen: bool,
+    /// Whether the panel is there.
+    pub(super) shown: bool,
     /// A line about the last thing done.
     pub(super) message: String,
     /// The adapter's name.
     pub(super) adapter: String,
     /// The faces of all instances at full resolution.
     pub(super) faces: u64,
-    /// A smoothed frame time, milliseconds.
-    smoothed: f64,
+    history: History,
+    stats: FrameStats,
 }
 
 /// What the user asked for with a button.
@@ -41,8 +47,16 @@ pub(super) struct Panel {
 pub(super) struct Wishes {
     /// See everything.
     pub(super) fit: bool,
+    /// Go back to the first view.
+    pub(super) reset: bool,
     /// Save the picture.
     pub(super) screenshot: bool,
+    /// Begin or end a recording.
+    pub(super) record: bool,
+    /// Choose another file.
+    pub(super) open: bool,
+    /// Move in another way.
+    pub(super) mode: Option<Mode>,
 }
 
 impl Panel {
@@ -50,26 +64,38 @@ impl Panel {
         Panel {
             options,
             pixels,
-            turning: false,
             frozen: false,
+            shown: true,
             message: String::new(),
             adapter: String::new(),
             faces,
-            smoothed: 0.0,
+            history: History::default(),
+            stats: FrameStats::default(),
         }
     }
 
-    /// Notes a frame's time for the display.
+    /// Notes a frame for the display.
     pub(super) fn note(&mut self, stats: &FrameStats) {
-        let total = stats.milliseconds.total;
-        // A new picture of a quite different cost shows at once.
-        let near = self.smoothed > 0.0 && (0.5..2.0).contains(&(total / self.smoothed));
-        self.smoothed = if near { 0.8 * self.smoothed + 0.2 * total } else { total };
+        self.history.note(stats.milliseconds);
+        self.stats = *stats;
+    }
+
+    /// Makes the tolerance so many times coarser. False if it is as coarse as can be.
+    pub(super) fn coarsen(&mut self, factor: f64) -> bool {
+        let before = (self.options.detail, self.pixels);
+        if self.options.detail != Detail::Full {
+            self.pixels = (self.pixels * factor).clamp(*PIXELS.start(), *PIXELS.end());
+        }
+        self.options.detail = Detail::Pixels(self.pixels);
+        before != (self.options.detail, self.pixels)
     }
 
     /// Lays the panel out.
-    pub(super) fn show(&mut self, root: &mut Ui, stats: &FrameStats) -> Wishes {
+    pub(super) fn show(&mut self, root: &mut Ui, navigation: &mut Navigation, recording: bool) -> Wishes {
         let mut wishes = Wishes::default();
+        if !self.shown {
+            return wishes;
+        }
         let height = HEIGHT.min(root.ctx().content_rect().height() - 2.0 * GAP).max(0.0);
         let margin = root.spacing().window_margin.sum().x + 2.0;
         egui::Window::new("facetree")
@@ -80,31 +106,34 @@ impl Panel {
             .show(root.ctx(), |ui| {
                 ui.set_width(WIDTH);
                 ui.spacing_mut().item_spacing.y = 4.0;
-                self.summary(ui, stats);
-                ui.horizontal(|ui| {
-                    wishes.fit = ui.button("Fit (F)").clicked();
-                    wishes.screenshot = ui.button("Save (P)").clicked();
-                    ui.checkbox(&mut self.turning, "Turn");
-                });
+                self.summary(ui);
                 if !self.message.is_empty() {
                     ui.label(RichText::new(&self.message).small());
                 }
                 ui.separator();
+                camera(ui, navigation, recording, &mut wishes);
+                ui.separator();
                 self.switches(ui);
                 ui.separator();
-                egui::CollapsingHeader::new("Counts").default_open(true).show(ui, |ui| counts(ui, stats));
-                egui::CollapsingHeader::new("Times, ms").default_open(false).show(ui, |ui| times(ui, stats));
-                egui::CollapsingHeader::new("Mouse and keys").default_open(true).show(ui, keys);
+                let times = CollapsingHeader::new("Times").default_open(true);
+                let open = times.show(ui, |ui| self.history.show(ui)).fully_open();
+                // Waiting after each stage makes their times true; who does not look is not made to wait.
+                self.options.measure = open;
+                CollapsingHeader::new("Counts").default_open(true).show(ui, |ui| counts(ui, &self.stats));
+                CollapsingHeader::new("Mouse and keys").default_open(false).show(ui, |ui| {
+                    table(ui, KEYS.iter().map(|(keys, does)| (*does, (*keys).to_owned())));
+                });
                 ui.separator();
                 ui.label(RichText::new(&self.adapter).small().weak());
             });
         wishes
     }
 
-    fn summary(&self, ui: &mut Ui, stats: &FrameStats) {
-        let fps = if self.smoothed > 0.0 { 1e3 / self.smoothed } else { 0.0 };
-        ui.label(RichText::new(format!("{:.1} ms   {fps:.0} fps", self.smoothed)).strong().size(17.0));
-        let drawn = stats.counts.triangles_drawn;
+    fn summary(&self, ui: &mut Ui) {
+        let typical = self.history.typical();
+        let fps = if typical > 0.0 { 1e3 / typical } else { 0.0 };
+        ui.label(RichText::new(format!("{typical:.1} ms   {fps:.0} fps")).strong().size(17.0));
+        let drawn = self.stats.counts.triangles_drawn;
         let part = if self.faces > 0 { 100.0 * drawn as f64 / self.faces as f64 } else { 0.0 };
         ui.label(format!("{} of {} triangles ({part:.1} %)", grouped(drawn), grouped(self.faces)));
     }
@@ -114,7 +143,7 @@ impl Panel {
         ui.checkbox(&mut lod, "Level of detail");
         ui.add_enabled(
             lod,
-            Slider::new(&mut self.pixels, 0.1..=64.0).logarithmic(true).suffix(" px").text("error"),
+            Slider::new(&mut self.pixels, PIXELS).logarithmic(true).suffix(" px").text("error"),
         );
         self.options.detail = if lod { Detail::Pixels(self.pixels) } else { Detail::Full };
         ui.checkbox(&mut self.options.frustum, "Frustum culling");
@@ -125,11 +154,13 @@ impl Panel {
         let mut occlusion = self.options.occlusion == Occlusion::Exact;
         ui.checkbox(&mut occlusion, "Occlusion culling");
         self.options.occlusion = if occlusion { Occlusion::Exact } else { Occlusion::Off };
-        ui.checkbox(&mut self.options.two_sided, "Two-sided");
-        let mut smooth = self.options.samples > 1;
-        ui.checkbox(&mut smooth, "Smooth edges (4 samples)");
-        self.options.samples = if smooth { 4 } else { 1 };
-        ui.checkbox(&mut self.frozen, "Hold detail and culling");
+        ui.checkbox(&mut self.frozen, "Freeze the cut, look from elsewhere");
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut self.options.two_sided, "Two-sided");
+            let mut smooth = self.options.samples > 1;
+            ui.checkbox(&mut smooth, "4 samples").on_hover_text("smooth edges");
+            self.options.samples = if smooth { 4 } else { 1 };
+        });
         ui.horizontal(|ui| {
             ui.label("Colour");
             ui.selectable_value(&mut self.options.color, ColorMode::Shaded, "shaded");
@@ -138,66 +169,75 @@ impl Panel {
     }
 }
 
+/// How the camera moves, and what can be done with it.
+fn camera(ui: &mut Ui, navigation: &mut Navigation, recording: bool, wishes: &mut Wishes) {
+    ui.horizontal(|ui| {
+        for (mode, name) in [(Mode::Orbit, "Orbit"), (Mode::Fly, "Fly")] {
+            if ui.selectable_label(navigation.mode() == mode, name).clicked() {
+                wishes.mode = Some(mode);
+            }
+        }
+        match navigation.mode() {
+            Mode::Orbit => ui.checkbox(&mut navigation.turning, "turn"),
+            Mode::Fly => ui.label(RichText::new(format!("speed {:.2}", navigation.speed)).weak()),
+        };
+    });
+    ui.horizontal(|ui| {
+        wishes.fit = ui.button("Fit").clicked();
+        wishes.reset = ui.button("Reset").clicked();
+        wishes.screenshot = ui.button("Save").on_hover_text("a picture without this panel").clicked();
+        let record = if recording { "Stop" } else { "Record" };
+        wishes.record = ui.button(record).on_hover_text("the camera's path, for --camera").clicked();
+        wishes.open = ui.button("Open").clicked();
+    });
+}
+
 fn counts(ui: &mut Ui, stats: &FrameStats) {
     let counts = &stats.counts;
     let outside = format!("{} of {}", grouped(counts.instances_outside), grouped(counts.instances));
-    table(
-        ui,
-        &[
-            ("instances out of sight", outside),
-            ("nodes visited", grouped(counts.nodes_visited)),
-            ("culled by frustum", grouped(counts.nodes_culled_frustum)),
-            ("culled by cone", grouped(counts.nodes_culled_cone)),
-            ("clusters", grouped(counts.clusters)),
-            ("triangles selected", grouped(counts.triangles_selected)),
-            ("triangles folded", grouped(counts.triangles_folded)),
-            ("pieces", grouped(counts.batches)),
-            ("queries", grouped(counts.queries)),
-            ("pieces hidden", grouped(counts.batches_culled_occlusion)),
-            ("triangles drawn", grouped(counts.triangles_drawn)),
-        ],
-    );
+    let rows = [
+        ("instances out of sight", outside),
+        ("nodes visited", grouped(counts.nodes_visited)),
+        ("culled by frustum", grouped(counts.nodes_culled_frustum)),
+        ("culled by cone", grouped(counts.nodes_culled_cone)),
+        ("clusters", grouped(counts.clusters)),
+        ("triangles selected", grouped(counts.triangles_selected)),
+        ("triangles folded", grouped(counts.triangles_folded)),
+        ("pieces", grouped(counts.batches)),
+        ("queries", grouped(counts.queries)),
+        ("pieces hidden", grouped(counts.batches_culled_occlusion)),
+        ("triangles drawn", grouped(counts.triangles_drawn)),
+    ];
+    table(ui, rows.into_iter());
 }
 
-fn times(ui: &mut Ui, stats: &FrameStats) {
-    let times = &stats.milliseconds;
-    let ms = |time: f64| format!("{time:.2}");
-    table(
-        ui,
-        &[
-            ("cut", ms(times.cut)),
-            ("upload", ms(times.upload)),
-            ("occluders", ms(times.occluders)),
-            ("queries", ms(times.queries)),
-            ("draw", ms(times.draw)),
-        ],
-    );
-}
-
-/// What the mouse and the keys do.
-fn keys(ui: &mut Ui) {
-    table(
-        ui,
-        &[
-            ("turn", "drag".to_owned()),
-            ("pan", "Shift or right drag".to_owned()),
-            ("zoom", "wheel".to_owned()),
-            ("fit, save a picture", "F, P".to_owned()),
-            ("quit", "Q, Esc".to_owned()),
-        ],
-    );
-}
-
-fn table(ui: &mut Ui, rows: &[(&str, String)]) {
+fn table<'a>(ui: &mut Ui, rows: impl Iterator<Item = (&'a str, String)>) {
     ui.spacing_mut().item_spacing.y = 0.0;
     // Rows as high as their text, not as a button.
     ui.spacing_mut().interact_size.y = SMALL;
     for (name, value) in rows {
         ui.horizontal(|ui| {
-            ui.label(RichText::new(*name).size(SMALL));
+            ui.label(RichText::new(name).size(SMALL));
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 ui.label(RichText::new(value).size(SMALL).monospace().strong());
             });
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coarser_ends_at_the_slider_s_end() {
+        let mut panel = Panel::new(FrameOptions { detail: Detail::Full, ..FrameOptions::default() }, 1.0, 0);
+        assert!(panel.coarsen(2.0));
+        assert_eq!(panel.options.detail, Detail::Pixels(1.0), "first there is level of detail at all");
+        for _ in 0..6 {
+            assert!(panel.coarsen(2.0));
+        }
+        assert_eq!(panel.options.detail, Detail::Pixels(64.0));
+        assert!(!panel.coarsen(2.0));
     }
 }

@@ -21,6 +21,8 @@ pub(super) struct Screen {
     present_layout: wgpu::BindGroupLayout,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
+    /// Whether the surface has been given a size; before, asking it for a frame panics.
+    configured: bool,
     refused: u32,
     pub(super) egui: egui_winit::State,
     pub(super) window: Arc<Window>,
@@ -94,19 +96,20 @@ impl Screen {
             present_layout,
             surface,
             config,
+            configured: false,
             refused: 0,
             egui,
             window,
         };
         screen.resize();
+        screen.renderer.gpu().check()?;
         Ok(screen)
     }
 
     /// The size of pictures for this window, or `None` while it has none.
     pub(super) fn size(&self) -> Option<[u32; 2]> {
         let limit = self.renderer.gpu().limits().max_texture_dimension_2d;
-        let size = self.window.inner_size();
-        (size.width > 0 && size.height > 0).then_some([size.width.min(limit), size.height.min(limit)])
+        picture_size(self.window.inner_size().into(), limit)
     }
 
     /// Takes over the window's size.
@@ -116,6 +119,7 @@ impl Screen {
             self.config.width = width;
             self.config.height = height;
             self.surface.configure(&self.renderer.gpu().device, &self.config);
+            self.configured = true;
         }
     }
 
@@ -134,6 +138,9 @@ impl Screen {
                 self.egui_renderer.update_texture(&gpu.device, &gpu.queue, *id, delta);
             }
         }
+        if !self.configured {
+            return Ok(Shown::Hidden);
+        }
         let frame = match self.surface.get_current_texture() {
             wgpu::CurrentSurfaceTexture::Success(frame) => frame,
             wgpu::CurrentSurfaceTexture::Suboptimal(frame) => {
@@ -145,6 +152,7 @@ impl Screen {
             wgpu::CurrentSurfaceTexture::Occluded => return Ok(Shown::Hidden),
             wgpu::CurrentSurfaceTexture::Lost => {
                 self.surface = make_surface(&gpu.instance, &self.window)?;
+                self.configured = false;
                 return self.refuse(true);
             }
             wgpu::CurrentSurfaceTexture::Validation => {
@@ -221,6 +229,11 @@ impl Screen {
     }
 }
 
+/// The size of a picture for a window: none for one that is minimised, no larger than the adapter can draw.
+fn picture_size([width, height]: [u32; 2], limit: u32) -> Option<[u32; 2]> {
+    (width > 0 && height > 0).then_some([width.min(limit), height.min(limit)])
+}
+
 fn make_surface(instance: &wgpu::Instance, window: &Arc<Window>) -> Result<wgpu::Surface<'static>, Error> {
     instance.create_surface(Arc::clone(window)).map_err(|error| Error::NoWindow { reason: error.to_string() })
 }
@@ -286,4 +299,22 @@ fn present_pipeline(
         cache: None,
     });
     (pipeline, layout)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_without_a_size_has_no_picture_and_a_huge_one_as_much_as_can_be() {
+        for (window, picture) in [
+            ([0, 0], None),
+            ([0, 5], None),
+            ([5, 0], None),
+            ([1, 1], Some([1, 1])),
+            ([640, 100_000], Some([640, 8192])),
+        ] {
+            assert_eq!(picture_size(window, 8192), picture);
+        }
+    }
 }
