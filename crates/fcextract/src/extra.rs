@@ -3,7 +3,8 @@
 /// Nodes that are refined and vertices that are drawn although no tolerance asks for them.
 ///
 /// With it a selection can name any cut of the tree. A mesh has no crack as long as each node's ancestors are refined
-/// too and the vertices that its split registers are drawn; [`crate::fit`] sees to that.
+/// too and the vertices that its split registers are drawn; [`crate::fit`] and [`crate::by_epsilon`] see
+/// to that.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Extra {
     pub(crate) nodes: Bits,

@@ -28,6 +28,7 @@ mod budget;
 mod copies;
 mod corners;
 mod count;
+mod epsilon;
 mod error;
 mod extra;
 mod extraction;
@@ -41,6 +42,7 @@ mod tolerance;
 
 pub use batch::Batch;
 pub use budget::{Budget, Fitted, Fitter, Shown, fit};
+pub use epsilon::by_epsilon;
 pub use error::Error;
 pub use extra::Extra;
 pub use extraction::{Extraction, Stats, extract};

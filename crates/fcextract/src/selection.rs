@@ -33,7 +33,7 @@ pub struct Selection {
     /// Leaves out clusters all of whose faces turn their back on this eye; changes no pixel but those of folded
     /// triangles.
     pub backface_eye: Option<DVec3>,
-    /// What is refined and drawn beyond that; found by [`crate::fit`].
+    /// What is refined and drawn beyond that; found by [`crate::fit`] and [`crate::by_epsilon`].
     pub extra: Extra,
 }
 
