@@ -2,19 +2,6 @@
 
 use fct::Tree;
 
-/// The vertex that `vertex` is a copy of, or `vertex` itself.
-#[inline]
-pub(crate) fn original(tree: &Tree, vertex: u32) -> u32 {
-    let copies = tree.weld();
-    if copies.is_empty() {
-        return vertex;
-    }
-    match copies.binary_search_by_key(&vertex, |w| w.vertex.get()) {
-        Ok(found) => copies.get(found).map_or(vertex, |w| w.representative.get()),
-        Err(_) => vertex,
-    }
-}
-
 /// The copies of each vertex; all of them are drawn where one is.
 #[derive(Debug, Default)]
 pub(crate) struct Copies {
@@ -35,7 +22,7 @@ impl Copies {
         if self.pairs.is_empty() {
             return show(vertex);
         }
-        let original = original(tree, vertex);
+        let original = tree.original(vertex);
         show(original);
         let first = self.pairs.partition_point(|(of, _)| *of < original);
         for (_, copy) in self.pairs.iter().skip(first).take_while(|(of, _)| *of == original) {

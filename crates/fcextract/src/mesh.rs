@@ -1,6 +1,5 @@
 //! An extraction as buffers of its own, for a GPU or a file.
 
-use crate::copies::original;
 use crate::{Error, Extraction, Selection};
 use fct::Tree;
 use glam::DVec3;
@@ -76,7 +75,7 @@ impl Mesh {
     fn renumber(&mut self, tree: &Tree, indices: &[u32]) -> Result<(), Error> {
         let vertices = tree.vertices().len();
         for corners in indices.as_chunks::<3>().0 {
-            let corners = corners.map(|v| original(tree, v));
+            let corners = corners.map(|v| tree.original(v));
             let [a, b, c] = corners;
             if a == b || b == c || c == a {
                 self.collapsed += 1;

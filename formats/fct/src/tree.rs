@@ -141,6 +141,17 @@ impl Tree {
         self.records(self.spans.weld.clone())
     }
 
+    /// The vertex that `vertex` is a copy of, or `vertex` itself.
+    #[inline]
+    pub fn original(&self, vertex: u32) -> u32 {
+        let copies = self.weld();
+        if copies.is_empty() {
+            return vertex;
+        }
+        let found = copies.binary_search_by_key(&vertex, |copy| copy.vertex.get());
+        found.ok().and_then(|place| copies.get(place)).map_or(vertex, |copy| copy.representative.get())
+    }
+
     /// Bounding polygons, sorted by node; may be empty.
     pub fn bounding_polygons(&self) -> &[BoundingPolygonRecord] {
         self.records(self.spans.bpol.clone())

@@ -47,7 +47,7 @@ pub(crate) enum Error {
         path: PathBuf,
     },
     /// The output is a directory, a pipe or a device.
-    #[error("{}: not a regular file; give the path of a .ply or .obj file", path.display())]
+    #[error("{}: not a regular file; give the path of a .ply, .obj or .glb file", path.display())]
     NotAFile {
         /// The output.
         path: PathBuf,
@@ -94,19 +94,6 @@ pub(crate) enum Error {
         /// The number there is at least.
         found: u64,
     },
-    /// A triangle names a vertex that is not there.
-    #[error(
-        "{}: a triangle uses vertex {found} of {vertices}; `fct verify` tells more, fcbuild makes the file anew",
-        path.display()
-    )]
-    VertexIndex {
-        /// The tree.
-        path: PathBuf,
-        /// The index.
-        found: u32,
-        /// Vertices that there are.
-        vertices: usize,
-    },
     /// The mesh is too large for 32-bit indices.
     #[error(transparent)]
     Extract(fcextract::Error),
@@ -141,7 +128,6 @@ impl Error {
             Error::Place(error) => error.exit_code(),
             Error::Budget { .. } | Error::Extract(_) | Error::Thread(_) => 5,
             Error::Interrupted { exit } => *exit,
-            Error::VertexIndex { .. } => 7,
             Error::Tree(error) => error.exit_code(),
         }
     }
@@ -160,7 +146,6 @@ impl Error {
             Error::Thread(_) => "FC507",
             Error::Budget { .. } => "FC511",
             Error::Extract(_) => "FC512",
-            Error::VertexIndex { .. } => "FC734",
             Error::Tree(error) => error.code(),
             Error::Bug => "FC901",
             Error::Interrupted { .. } => "FC902",

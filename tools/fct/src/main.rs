@@ -50,7 +50,7 @@ fn run(command: &Command) -> Result<(), Error> {
         }
         Command::Export(flags) => {
             let done = export::run(&flags.settings()?)?;
-            print(&done.to_string())
+            print(&done.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
         }
     }
 }

@@ -1,5 +1,7 @@
 //! `fct export`: a cut of the tree as a mesh file.
 
+mod detail;
+mod glb;
 mod interrupt;
 mod mesh;
 mod obj;
@@ -8,15 +10,15 @@ mod ply;
 
 use crate::error::Error;
 use crate::grouped::counted;
-use fcextract::{Budget, Extraction, Order, Perspective, Selection, extract, fit};
+pub(crate) use detail::{Ball, Detail, Scale};
+use fcextract::{Budget, Extraction};
 use fct::Tree;
-use glam::DVec3;
 use interrupt::Interrupt;
 use mesh::Mesh;
 use std::fmt;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::Duration;
@@ -32,14 +34,25 @@ const LISTEN_EVERY: Duration = Duration::from_millis(50);
 pub(crate) struct Settings {
     /// The tree.
     pub(crate) input: PathBuf,
-    /// The mesh.
-    pub(crate) output: PathBuf,
+    /// The meshes: one for each budget, or a single one.
+    pub(crate) outputs: Vec<Output>,
     /// Whether an existing output may be replaced.
     pub(crate) force: bool,
-    /// The mesh's format.
+    /// The meshes' format.
     pub(crate) format: Format,
-    /// How fine the mesh is.
+    /// How fine they are.
     pub(crate) detail: Detail,
+    /// Where they are finer or coarser than that.
+    pub(crate) regions: Vec<Ball>,
+}
+
+/// One mesh file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Output {
+    /// Where it goes.
+    pub(crate) path: PathBuf,
+    /// What it has to keep within, if that was asked for.
+    pub(crate) budget: Option<Budget>,
 }
 
 /// Formats that can be written.
@@ -49,30 +62,8 @@ pub(crate) enum Format {
     Ply,
     /// Wavefront OBJ.
     Obj,
-}
-
-/// How fine a mesh is asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Detail {
-    /// The input's faces.
-    Full,
-    /// Within a distance of the surface.
-    Distance(f64),
-    /// At most so many triangles.
-    Triangles(u64),
-    /// At most so many clusters.
-    Clusters(u64),
-    /// For a picture.
-    View(View),
-}
-
-/// A point from which errors are small enough, in all directions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct View {
-    /// The point, in the input's coordinates.
-    pub(crate) eye: [f64; 3],
-    /// Allowed error per unit of distance from the eye.
-    pub(crate) slope: f64,
+    /// Binary glTF.
+    Glb,
 }
 
 /// What was exported.
@@ -84,31 +75,42 @@ pub(crate) struct Exported {
     clusters: u64,
     collapsed: u64,
     bound: f64,
-    by_budget: bool,
+    chosen_by: ChosenBy,
 }
 
-/// Exports; the output is there as a whole or not at all, also when a signal stops the program.
+/// What the clusters were held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ChosenBy {
+    Bound,
+    Epsilon,
+    Budget,
+}
+
+/// Exports; the outputs are there as a whole or not at all, also when a signal stops the program.
 ///
 /// # Errors
-/// Usage when the output is the input or the selection is empty, I/O when the output exists or cannot be written,
-/// a limit when not even the coarsest mesh is within the budget, an invalid file when the tree is damaged.
-pub(crate) fn run(settings: &Settings) -> Result<Exported, Error> {
-    // Before the temporary is made, so that no signal can leave it behind.
+/// Usage when an output is the input or a selection is empty, I/O when one exists or cannot be written, a limit when not
+/// even the coarsest mesh is within a budget, an invalid file when the tree is damaged.
+pub(crate) fn run(settings: &Settings) -> Result<Vec<Exported>, Error> {
+    // Before the temporaries are made, so that no signal can leave one behind.
     let interrupt = Interrupt::watch();
     let tree = Tree::open(&settings.input)?;
-    let pending = output::prepare(&settings.output, &settings.input, settings.force)?;
-    let file = pending.file().try_clone().map_err(|source| Error::Write {
-        path: settings.output.clone(),
-        what: "cannot write the mesh",
-        source,
-    })?;
-    // The main thread keeps the temporary, to remove it when a signal comes; the job's thread ends with the process.
+    let (mut pending, mut files) = (Vec::new(), Vec::new());
+    for output in &settings.outputs {
+        let prepared = output::prepare(&output.path, &settings.input, settings.force)?;
+        files.push(prepared.file().try_clone().map_err(unwritable(&output.path))?);
+        pending.push(prepared);
+    }
+    // The main thread keeps the temporaries, to remove them when a signal comes; the job's thread ends with the process.
     let (sender, receiver) = sync_channel(1);
     let job = {
         let settings = settings.clone();
         thread::Builder::new().name("export".to_owned()).spawn(move || {
+            let outputs = settings.outputs.iter().zip(&files);
+            let done: Result<Vec<_>, Error> =
+                outputs.map(|(output, file)| write(&tree, &settings, output, file)).collect();
             // Nobody listens any more after a signal.
-            let _ = sender.send(write(&tree, &settings, &file));
+            let _ = sender.send(done);
         })
     };
     job.map_err(Error::Thread)?;
@@ -124,78 +126,52 @@ pub(crate) fn run(settings: &Settings) -> Result<Exported, Error> {
             Err(RecvTimeoutError::Disconnected) => return Err(Error::Bug),
         }
     };
-    // A signal that came too late to be noticed above still finds the output as it was.
+    // A signal that came too late to be noticed above still finds the outputs as they were.
     if let Some(exit) = interrupt.exit_code() {
         return Err(Error::Interrupted { exit });
     }
-    output::publish(pending)?;
+    pending.into_iter().try_for_each(output::publish)?;
     Ok(exported)
 }
 
+fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
+    let path = path.to_owned();
+    move |source| Error::Write { path, what: "cannot write the mesh", source }
+}
+
 /// Selects, and writes the mesh into `file`.
-fn write(tree: &Tree, settings: &Settings, file: &File) -> Result<Exported, Error> {
+fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Result<Exported, Error> {
     let mut cut = Extraction::default();
-    let selection = select(tree, settings, &mut cut)?;
+    let selection = match (&settings.detail, output.budget) {
+        (Detail::Budgets(_, eye), Some(budget)) => {
+            detail::select_within(tree, budget, *eye, &settings.input, &mut cut)?
+        }
+        (detail, _) => detail::select(tree, detail, &settings.regions, &mut cut)?,
+    };
     let mesh = Mesh::new(tree, &cut, &selection)?;
-    if mesh.triangles.is_empty() {
+    if mesh.triangles().is_empty() {
         return Err(Error::Empty);
     }
     let mut out = BufWriter::with_capacity(BUFFER, file);
     let written = match settings.format {
         Format::Ply => ply::write(&mesh, &mut out),
         Format::Obj => obj::write(&mesh, &mut out),
+        Format::Glb => glb::write(&mesh, &mut out),
     };
-    written.and_then(|()| out.flush()).map_err(|source| Error::Write {
-        path: settings.output.clone(),
-        what: "cannot write the mesh",
-        source,
-    })?;
+    written.and_then(|()| out.flush()).map_err(unwritable(&output.path))?;
     Ok(Exported {
-        output: settings.output.clone(),
-        triangles: mesh.triangles.len() as u64,
-        vertices: mesh.vertices.len() as u64,
+        output: output.path.clone(),
+        triangles: mesh.triangles().len() as u64,
+        vertices: mesh.buffers.positions.len() as u64,
         clusters: cut.stats.clusters,
-        collapsed: mesh.collapsed,
-        bound: f64::from(cut.stats.bound) + mesh.step,
-        by_budget: matches!(settings.detail, Detail::Triangles(_) | Detail::Clusters(_)),
+        collapsed: mesh.buffers.collapsed,
+        bound: f64::from(cut.stats.bound) + mesh.buffers.longest_step,
+        chosen_by: match settings.detail {
+            Detail::Full | Detail::Within(_) => ChosenBy::Bound,
+            Detail::Epsilon(_) => ChosenBy::Epsilon,
+            Detail::Budgets(..) => ChosenBy::Budget,
+        },
     })
-}
-
-/// Leaves the cut that is asked for in `cut`, and says how it is to be drawn.
-fn select(tree: &Tree, settings: &Settings, cut: &mut Extraction) -> Result<Selection, Error> {
-    let by_tolerance = |selection: Selection, cut: &mut Extraction| {
-        extract(tree, &selection, cut)?;
-        Ok(selection)
-    };
-    let (budget, things, asked) = match settings.detail {
-        Detail::Triangles(n) => (Budget::Triangles(n), "triangle", n),
-        Detail::Clusters(n) => (Budget::Clusters(n), "cluster", n),
-        Detail::Full => return by_tolerance(Selection::full(), cut),
-        Detail::Distance(distance) => {
-            return by_tolerance(Selection::uniform(distance, Order::Bound), cut);
-        }
-        Detail::View(view) => {
-            let eye = DVec3::from(view.eye) - DVec3::from(tree.meta().origin);
-            let view = Perspective { eye, axis: DVec3::ZERO, slope: view.slope, corner_cos: 1.0 };
-            return by_tolerance(Selection::perspective(view, Order::Bound), cut);
-        }
-    };
-    let count = |cut: &Extraction| match budget {
-        Budget::Triangles(_) => cut.stats.triangles,
-        Budget::Clusters(_) => cut.stats.clusters,
-    };
-    let (selection, fitted) = fit(tree, Selection::by_budget(), budget, cut)?;
-    if fitted.within {
-        return Ok(selection);
-    }
-    // The other order keeps other vertices, and its coarsest mesh may be smaller.
-    let by_budget = count(cut);
-    let coarsest = by_tolerance(Selection::uniform(f64::INFINITY, Order::Bound), cut)?;
-    if count(cut) <= asked {
-        return Ok(coarsest);
-    }
-    let found = by_budget.min(count(cut));
-    Err(Error::Budget { path: settings.input.clone(), things, asked, found })
 }
 
 impl fmt::Display for Exported {
@@ -209,10 +185,12 @@ impl fmt::Display for Exported {
             counted(self.clusters, "cluster", "clusters"),
             self.bound as f32
         )?;
-        if self.by_budget {
-            // The largest bound among the clusters says little about a mesh that was not chosen by it.
-            f.write_str(", a loose bound, since a budget does not go by it (--error does)")?;
-        }
+        // The largest bound among the clusters says little about a mesh that was not chosen by it.
+        f.write_str(match self.chosen_by {
+            ChosenBy::Bound => "",
+            ChosenBy::Epsilon => ", a loose bound, since a mean error does not go by it (--error does)",
+            ChosenBy::Budget => ", a loose bound, since a budget does not go by it (--error does)",
+        })?;
         if self.collapsed > 0 {
             let what = counted(self.collapsed, "triangle", "triangles");
             write!(f, "; {what} without area left out")?;

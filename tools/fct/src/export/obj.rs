@@ -22,11 +22,11 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         }
         writeln!(out)?;
     }
-    for [x, y, z] in mesh.normals.iter().flatten() {
+    for [x, y, z] in &mesh.buffers.normals {
         writeln!(out, "vn {x} {y} {z}")?;
     }
     let mut groups = mesh.groups.iter().peekable();
-    for (i, triangle) in mesh.triangles.iter().enumerate() {
+    for (i, triangle) in mesh.triangles().iter().enumerate() {
         if let Some((_, name)) = groups.next_if(|(start, _)| *start == i) {
             // A name ends at the first space.
             let word = |c: char| if c.is_whitespace() || c.is_control() { '_' } else { c };
@@ -35,7 +35,7 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         }
         // Indices count from 1.
         let [a, b, c] = triangle.map(|v| u64::from(v) + 1);
-        if mesh.normals.is_some() {
+        if !mesh.buffers.normals.is_empty() {
             writeln!(out, "f {a}//{a} {b}//{b} {c}//{c}")?;
         } else {
             writeln!(out, "f {a} {b} {c}")?;
@@ -56,21 +56,15 @@ mod tests {
 
     #[test]
     fn numbers_come_back_and_indices_count_from_one() {
-        let mut mesh = Mesh {
-            step: 0.0,
-            vertices: vec![[0.1, -2.5, 3e-7], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            origin: [0.0; 3],
-            normals: None,
-            colors: Some(vec![[255, 0, 51, 9]; 3]),
-            triangles: vec![[2, 0, 1]],
-            groups: Vec::new(),
-            collapsed: 0,
-        };
+        let mut mesh = Mesh::default();
+        mesh.buffers.positions.extend([[0.1, -2.5, 3e-7], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        mesh.buffers.colors.extend([[255, 0, 51, 9]; 3]);
+        mesh.buffers.indices.extend([2, 0, 1]);
         let plain = text(&mesh);
         assert!(plain.contains("v 0.1 -2.5 0.0000003 1 0 0.2\n"), "{plain}");
         assert!(plain.ends_with("f 3 1 2\n"), "{plain}");
 
-        mesh.normals = Some(vec![[0.0, 0.0, 1.0]; 3]);
+        mesh.buffers.normals = vec![[0.0, 0.0, 1.0]; 3];
         mesh.origin = [4e6, 0.0, 0.0];
         let moved = text(&mesh);
         assert!(moved.contains("v 4000001 0 0 "), "{moved}");

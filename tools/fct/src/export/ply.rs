@@ -11,14 +11,14 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         "ply\nformat binary_little_endian 1.0\ncomment written by fct {}",
         env!("CARGO_PKG_VERSION")
     )?;
-    writeln!(out, "element vertex {}", mesh.vertices.len())?;
+    writeln!(out, "element vertex {}", mesh.buffers.positions.len())?;
     for axis in ["x", "y", "z"] {
         writeln!(out, "property {number} {axis}")?;
     }
-    if mesh.normals.is_some() {
+    if !mesh.buffers.normals.is_empty() {
         out.write_all(b"property float nx\nproperty float ny\nproperty float nz\n")?;
     }
-    if mesh.colors.is_some() {
+    if !mesh.buffers.colors.is_empty() {
         for channel in ["red", "green", "blue", "alpha"] {
             writeln!(out, "property uchar {channel}")?;
         }
@@ -26,7 +26,7 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     writeln!(
         out,
         "element face {}\nproperty list uchar int vertex_indices\nend_header",
-        mesh.triangles.len()
+        mesh.triangles().len()
     )?;
     for corner in mesh.corners() {
         if mesh.is_at_origin() {
@@ -41,7 +41,7 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
             out.write_all(&color)?;
         }
     }
-    for triangle in &mesh.triangles {
+    for triangle in mesh.triangles() {
         out.write_all(&[3])?;
         // Indices stay below 2^31, so the signed type that every reader knows holds them.
         write_numbers(out, *triangle, u32::to_le_bytes)?;
@@ -62,16 +62,12 @@ mod tests {
     use super::*;
 
     fn mesh(origin: [f64; 3]) -> Mesh {
-        Mesh {
-            step: 0.0,
-            vertices: vec![[1.0, 2.0, 3.0]; 3],
-            origin,
-            normals: Some(vec![[0.0, 0.0, 1.0]; 3]),
-            colors: Some(vec![[1, 2, 3, 4]; 3]),
-            triangles: vec![[0, 1, 2]],
-            groups: Vec::new(),
-            collapsed: 0,
-        }
+        let mut mesh = Mesh { origin, ..Mesh::default() };
+        mesh.buffers.positions.extend([[1.0, 2.0, 3.0]; 3]);
+        mesh.buffers.normals.extend([[0.0, 0.0, 1.0]; 3]);
+        mesh.buffers.colors.extend([[1, 2, 3, 4]; 3]);
+        mesh.buffers.indices.extend([0, 1, 2]);
+        mesh
     }
 
     fn body_len(mesh: &Mesh) -> usize {
