@@ -36,6 +36,8 @@ pub(super) struct App<'a> {
     panel: Panel,
     chooser: Chooser,
     recording: Option<Recording>,
+    /// Whether the next frame is to be saved.
+    saving: bool,
     watch: Option<Watch>,
     /// Files dropped on the window; they come one by one.
     dropped: Vec<PathBuf>,
@@ -63,6 +65,7 @@ impl<'a> App<'a> {
             panel: Panel::new(cli.frame_options(), cli.pixels, faces(&scene)),
             chooser: Chooser::beside(cli.files.first()),
             recording: None,
+            saving: false,
             watch: cli.watch.then(|| Watch::new(&cli.files)),
             dropped: Vec::new(),
             screen: None,
@@ -154,6 +157,9 @@ impl<'a> App<'a> {
             Err(error) => return Err(error),
         }
 
+        if std::mem::take(&mut self.saving) {
+            self.panel.message = save(&screen.renderer);
+        }
         let context = screen.egui.egui_ctx().clone();
         let input = screen.egui.take_egui_input(&screen.window);
         let mut wishes = Wishes::default();
@@ -256,7 +262,7 @@ impl<'a> App<'a> {
             Action::Freeze => self.panel.frozen = !self.panel.frozen,
             Action::Coarser => drop(self.panel.coarsen(1.25)),
             Action::Finer => drop(self.panel.coarsen(0.8)),
-            Action::Screenshot => self.screenshot(),
+            Action::Screenshot => self.saving = true,
             Action::Record => self.record(),
             Action::Open => self.chooser.toggle(),
             Action::Panel => self.panel.shown = !self.panel.shown,
@@ -327,17 +333,6 @@ impl<'a> App<'a> {
         self.panel.message = saved.unwrap_or_else(|error| error);
     }
 
-    /// Saves the picture, without the panel, under the first free name.
-    fn screenshot(&mut self) {
-        let Some(screen) = &self.screen else { return };
-        let path = free_name("fcview-", "png");
-        let saved = screen.renderer.image(false).and_then(|image| image.write_png(&path));
-        self.panel.message = match saved {
-            Ok(()) => format!("saved {}", path.display()),
-            Err(error) => error.to_string(),
-        };
-    }
-
     fn redraw(&self) {
         if let Some(screen) = &self.screen {
             screen.window.request_redraw();
@@ -347,6 +342,8 @@ impl<'a> App<'a> {
     /// A key went down or up.
     fn key(&mut self, event_loop: &ActiveEventLoop, event: &KeyEvent, consumed: bool) {
         let down = event.state == ElementState::Pressed;
+        // What is typed for the list means nothing else, also before its line of text has the keyboard.
+        let consumed = consumed || self.chooser.open;
         let plain = !self.mouse.modifiers.control_key() && !self.mouse.modifiers.alt_key();
         // A key that was held when the panel took the keyboard comes up all the same.
         if let Some(toward) = input::toward(event)
@@ -357,11 +354,14 @@ impl<'a> App<'a> {
             }
             return self.redraw();
         }
+        let action = input::action(&event.logical_key.as_ref(), self.mouse.modifiers);
+        if down && self.chooser.open && action == Some(Action::Quit) {
+            return self.act(Action::Open);
+        }
         if !down || consumed {
             return;
         }
-        match input::action(&event.logical_key.as_ref(), self.mouse.modifiers) {
-            Some(Action::Quit) if self.chooser.open => self.act(Action::Open),
+        match action {
             Some(Action::Quit) => event_loop.exit(),
             // Held down, these change on and on; the others would flicker.
             Some(action @ (Action::Coarser | Action::Finer)) => self.act(action),
@@ -393,6 +393,15 @@ fn faces(scene: &Scene) -> u64 {
         scene.models.get(instance.model).map_or(0, |model| model.tree.face_count() as u64)
     };
     scene.instances.iter().map(faces).sum()
+}
+
+/// Saves the picture, without the panel, under the first free name. Returns what became of it.
+fn save(renderer: &Renderer) -> String {
+    let path = free_name("fcview-", "png");
+    match renderer.image(false).and_then(|image| image.write_png(&path)) {
+        Ok(()) => format!("saved {}", path.display()),
+        Err(error) => error.to_string(),
+    }
 }
 
 /// The first name that no file has, with a number from 0 on.

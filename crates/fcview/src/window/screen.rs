@@ -5,11 +5,13 @@ use crate::renderer::Renderer;
 use crate::{Error, Gpu, Scene};
 use egui::ViewportId;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
-/// Refused frames in a row after which the run gives up.
-const PATIENCE: u32 = 60;
+/// How long a surface of one size may refuse every frame before the run gives up. While a window is resized it
+/// refuses most of them, being of another size by the time that they are drawn.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The window with all that draws into it.
 ///
@@ -23,7 +25,8 @@ pub(super) struct Screen {
     config: wgpu::SurfaceConfiguration,
     /// Whether the surface has been given a size; before, asking it for a frame panics.
     configured: bool,
-    refused: u32,
+    /// Since when the surface has refused every frame.
+    refusing: Option<Instant>,
     pub(super) egui: egui_winit::State,
     pub(super) window: Arc<Window>,
 }
@@ -97,7 +100,7 @@ impl Screen {
             surface,
             config,
             configured: false,
-            refused: 0,
+            refusing: None,
             egui,
             window,
         };
@@ -116,6 +119,9 @@ impl Screen {
     pub(super) fn resize(&mut self) {
         // A surface must not be configured to no size, as that of a minimised window.
         if let Some([width, height]) = self.size() {
+            if [width, height] != [self.config.width, self.config.height] {
+                self.refusing = None;
+            }
             self.config.width = width;
             self.config.height = height;
             self.surface.configure(&self.renderer.gpu().device, &self.config);
@@ -208,15 +214,14 @@ impl Screen {
         for id in &overlay.textures.free {
             self.egui_renderer.free_texture(id);
         }
-        self.refused = 0;
+        self.refusing = None;
         gpu.check()?;
         Ok(Shown::Yes)
     }
 
     /// A frame that the surface refused: once more, with the surface made ready again, but not for ever.
     fn refuse(&mut self, configure: bool) -> Result<Shown, Error> {
-        self.refused += 1;
-        if self.refused > PATIENCE {
+        if self.refusing.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
             return Err(Error::NoWindow { reason: "its surface refuses every frame".to_owned() });
         }
         if self.size().is_none() {
