@@ -153,21 +153,16 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     for v in 0..anchored.len() {
         anchored[v] |= anchored[mesh.weld[v] as usize];
     }
-    let Registered { registrations, mut nodes, polygons } =
-        corners::register(&mesh, &splits, &loops, &anchored);
+    let Registered { registrations, mut nodes, cones } = corners::register(&mesh, &splits, &loops, &anchored);
     drop(anchored);
     if mode == SplitMode::Quality {
         bounds::raise_keys(&mut nodes);
     }
     let slack = Slack::of(mode);
     bounds::loosen(&mut nodes, slack);
-    let outline = |node: usize| {
-        let found = polygons.binary_search_by_key(&node, |p| p.0 as usize).ok()?;
-        Some(polygons[found].1.normal)
-    };
-    let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, &outline)?;
-    drop(polygons);
-    let mut activity = activity::gather(mesh.positions.len(), &registrations, &curve_records, &nodes, slack);
+    let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, cones)?;
+    let vertices = mesh.positions.len();
+    let mut activity = activity::gather(vertices, &registrations, &curve_records, &nodes, &clusters, slack);
     drop((registrations, curve_records));
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
     activity::raise(&uncovered, slack, &mut activity);

@@ -6,8 +6,8 @@ use crate::error::{Error, ErrorKind};
 use crate::mesh::units::too_large;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
-use fcgeom::{Sphere, round_up};
-use fct::{ClusterData, Clusters, LOOP_END, MAX_PAGE_FACES, Node, PackError, Packed, Plan};
+use fcgeom::{Cone, Sphere, round_up};
+use fct::{ClusterData, Clusters, Decoded, LOOP_END, MAX_PAGE_FACES, Node, PackError, Packed, Plan};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -18,10 +18,6 @@ pub(crate) struct Scale(pub(crate) f64);
 impl Scale {
     fn up(self, length: f32) -> f32 {
         round_up(f64::from(length) * self.0)
-    }
-
-    fn vector(self, v: Vec3) -> [f32; 3] {
-        (v.as_dvec3() * self.0).as_vec3().to_array()
     }
 
     /// A stored sphere in normal units. Exact, since the scale is a power of two.
@@ -37,6 +33,7 @@ struct Measurements<'a> {
     splits: &'a [Split],
     loops: &'a Loops,
     bounds: &'a [NodeBounds],
+    cones: &'a [Cone],
     scale: Scale,
 }
 
@@ -58,13 +55,13 @@ impl Clusters for Measurements<'_> {
     }
 
     fn cluster(&self, node: u32) -> ClusterData {
-        let (bounds, split) = (&self.bounds[node as usize], &self.splits[node as usize]);
+        let node = node as usize;
+        let (bounds, cone, split) = (&self.bounds[node], &self.cones[node], &self.splits[node]);
         ClusterData {
-            center: self.scale.vector(bounds.sphere.center),
             bound: self.scale.up(bounds.bound),
             budget: self.scale.up(bounds.budget),
-            axis: bounds.cone.axis.to_array(),
-            cos: bounds.cone.cos,
+            axis: cone.axis.to_array(),
+            cos: cone.cos,
             epsilon: (split.epsilon * self.scale.0 * self.scale.0) as f32,
             plane: split.normal.to_array(),
             offset: split.offset * self.scale.0,
@@ -85,6 +82,28 @@ pub(crate) struct PackedClusters {
     pub(crate) packed: Packed,
     /// The nodes that are worth a bounding polygon, in preorder.
     pub(crate) outlined: Vec<Outlined>,
+    plan: Plan,
+    scale: Scale,
+}
+
+impl PackedClusters {
+    /// The spheres of nodes.
+    pub(crate) fn spheres(&self) -> Spheres<'_> {
+        Spheres { decoded: self.packed.decoded(&self.plan), scale: self.scale }
+    }
+}
+
+/// The spheres of nodes as they are stored.
+pub(crate) struct Spheres<'a> {
+    decoded: Decoded<'a>,
+    scale: Scale,
+}
+
+impl Spheres<'_> {
+    /// In normal units; quick for nodes near one another. Empty for none.
+    pub(crate) fn of_node(&mut self, node: u32) -> Sphere {
+        self.decoded.node(node).map_or(Sphere::EMPTY, |node| self.scale.sphere_back(&node))
+    }
 }
 
 /// A node that is worth a bounding polygon.
@@ -104,8 +123,6 @@ const PAGES_AT_ONCE: usize = 64;
 /// Packs the tree and puts the decoded numbers in the place of the measured ones: what vertices ask of nodes must hold
 /// for what a reader will see.
 ///
-/// `outline` gives the normals of the nodes that are worth a bounding polygon.
-///
 /// # Errors
 /// Bad input when a sphere, or the square of a length, is too large for single precision; a limit when a section is too
 /// long for the format.
@@ -114,35 +131,60 @@ pub(crate) fn pack(
     splits: &[Split],
     loops: &Loops,
     bounds: &mut [NodeBounds],
-    outline: &dyn Fn(usize) -> Option<Vec3>,
+    cones: Vec<Cone>,
 ) -> Result<PackedClusters, Error> {
     let scale = Scale(mesh.units.length());
     if splits.iter().any(|s| !((s.epsilon * scale.0 * scale.0) as f32).is_finite()) {
         return Err(too_large());
     }
-    let clusters = Measurements { mesh, splits, loops, bounds, scale };
+    let clusters = Measurements { mesh, splits, loops, bounds, cones: &cones, scale };
     let plan = Plan::new(&clusters, MAX_PAGE_FACES).map_err(pack_error)?;
     let count = plan.page_count();
-    let runs: Result<Vec<_>, PackError> = (0..count.div_ceil(PAGES_AT_ONCE))
-        .into_par_iter()
-        .map(|run| {
-            let first = run * PAGES_AT_ONCE;
-            plan.pack_pages(&clusters, first..count.min(first + PAGES_AT_ONCE))
-        })
-        .collect();
-    let packed = Packed::assemble(&clusters, &plan, runs.map_err(pack_error)?).map_err(pack_error)?;
-    let mut outlined = Vec::new();
-    for (index, node) in packed.decoded(&plan) {
-        let measured = &mut bounds[index as usize];
-        measured.bound = round_up(f64::from(node.bound) / scale.0);
-        measured.budget = round_up(f64::from(node.budget) / scale.0);
-        measured.sphere = scale.sphere_back(&node);
-        if let Some(normal) = outline(index as usize) {
-            outlined.push(Outlined { index, node, normal });
+    let firsts: Vec<usize> = (0..count).step_by(PAGES_AT_ONCE).collect();
+    // A few runs at once, so that there is little memory in them.
+    let runs = firsts.chunks(4 * rayon::current_num_threads()).flat_map(|firsts| {
+        let pack = |first: &usize| plan.pack_pages(&clusters, *first..count.min(first + PAGES_AT_ONCE));
+        firsts.par_iter().map(pack).collect::<Vec<_>>()
+    });
+    let packed = Packed::assemble(&clusters, &plan, runs).map_err(pack_error)?;
+    let mut decoded = packed.decoded(&plan);
+    let outlined = large_nodes(splits, mesh.faces.len()).into_iter().filter_map(|index| {
+        let plane = splits[index as usize].normal;
+        let normal = if plane == Vec3::ZERO { cones[index as usize].axis } else { plane };
+        Some(Outlined { index, node: decoded.node(index)?, normal })
+    });
+    let outlined = outlined.collect();
+    drop(cones);
+    bounds.par_chunks_mut(DECODED_AT_ONCE).enumerate().for_each(|(i, bounds)| {
+        let mut decoded = packed.decoded(&plan);
+        for (index, measured) in (i * DECODED_AT_ONCE..).zip(bounds) {
+            let Some(node) = decoded.node(index as u32) else { continue };
+            measured.bound = round_up(f64::from(node.bound) / scale.0);
+            measured.budget = round_up(f64::from(node.budget) / scale.0);
+        }
+    });
+    Ok(PackedClusters { packed, outlined, plan, scale })
+}
+
+/// Nodes whose numbers one thread decodes in a row.
+const DECODED_AT_ONCE: usize = 1 << 14;
+
+/// Clusters of fewer faces get no bounding polygon: a query costs as much as drawing them.
+const POLYGON_FROM: usize = 64;
+
+/// The nodes of at least [`POLYGON_FROM`] faces, in preorder.
+fn large_nodes(splits: &[Split], faces: usize) -> Vec<u32> {
+    let mut large = Vec::new();
+    let mut stack = vec![(0, faces)];
+    while let Some((node, faces)) = stack.pop() {
+        if faces >= POLYGON_FROM {
+            large.push(node as u32);
+            let left = splits[node].left_faces as usize;
+            stack.push((node + left, faces - left));
+            stack.push((node + 1, left));
         }
     }
-    outlined.sort_unstable_by_key(|o| o.index);
-    Ok(PackedClusters { packed, outlined })
+    large
 }
 
 fn pack_error(error: PackError) -> Error {

@@ -7,7 +7,7 @@
 //! unknowns for each vertex and tolerance, held at its place where the planes do not tell.
 
 use crate::arcs::activity::Activity;
-use crate::arcs::loops::{LAST, Loops, split_loops};
+use crate::arcs::loops::{LAST, Loops};
 use crate::bounds::NodeBounds;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
@@ -37,7 +37,8 @@ pub(crate) fn displacements(
     bounds: &[NodeBounds],
     activity: &[Activity],
 ) -> Vec<Displacement> {
-    let around = Surroundings { mesh, splits, loops, bounds, activity, shared: shared_vertices(mesh) };
+    let keys = activity.iter().map(|a| a.budget).collect();
+    let around = Surroundings { mesh, splits, loops, bounds, keys, shared: shared_vertices(mesh) };
     let (tasks, above) = tasks(splits, bounds, mesh.faces.len());
     // Each task solves for the vertices that none but its own faces touch, and lists the rest.
     let mut done: Vec<Task> = tasks.into_par_iter().map(|t| around.task(t)).collect();
@@ -132,7 +133,8 @@ struct Surroundings<'a> {
     splits: &'a [Split],
     loops: &'a Loops,
     bounds: &'a [NodeBounds],
-    activity: &'a [Activity],
+    /// The budget key of each vertex; copies along a seam have the same.
+    keys: Vec<f32>,
     shared: Vec<bool>,
 }
 
@@ -183,6 +185,7 @@ impl Surroundings<'_> {
             Some(levels) => levels[level].add(&pull),
             None => foreign.push((vertex, level, pull)),
         };
+        let mut scratch = Vec::new();
         let mut stack = vec![root];
         while let Some(s) = stack.pop() {
             let area = areas[s.faces.end - first_face] - areas[s.faces.start - first_face];
@@ -194,7 +197,7 @@ impl Surroundings<'_> {
                     self.at_levels(v as usize, 0.0, s.parent_key, |v, level| add(v, level, pull));
                 }
             } else {
-                self.pull_of_node(&s, area, &mut add);
+                self.pull_of_node(&s, area, &mut scratch, &mut add);
                 let [left, right] = children(self.splits, self.bounds, &s);
                 stack.push(right);
                 stack.push(left);
@@ -233,61 +236,89 @@ impl Surroundings<'_> {
             before.push(sum);
         }
         let area_before = |face: usize| before[tasks.partition_point(|t| t.first_face < face)];
-        let mut pulls = Vec::new();
+        let (mut pulls, mut scratch) = (Vec::new(), Vec::new());
         for s in nodes {
             let area = area_before(s.faces.end) - area_before(s.faces.start);
-            self.pull_of_node(s, area, |v, level, pull| pulls.push((v, level, pull)));
+            self.pull_of_node(s, area, &mut scratch, |v, level, pull| pulls.push((v, level, pull)));
         }
         pulls
     }
 
     /// Shows what the plane of a node does to the vertices on its boundary, as long as the node is drawn.
-    fn pull_of_node(&self, s: &Subtree, area: f64, mut show: impl FnMut(usize, usize, Pull)) {
+    ///
+    /// `scratch` is memory for its loops.
+    fn pull_of_node(
+        &self,
+        s: &Subtree,
+        area: f64,
+        scratch: &mut Vec<(u32, f64)>,
+        mut show: impl FnMut(usize, usize, Pull),
+    ) {
         let (split, key) = (&self.splits[s.node], f64::from(self.bounds[s.node].budget));
         if !key.is_finite() || key >= s.parent_key {
             return;
         }
         let normal = split.normal.as_dvec3();
-        let place = |h: u32| self.mesh.positions[self.mesh.origin(h & !LAST) as usize].as_dvec3();
-        let height = |h: u32| normal.dot(place(h)) - split.offset;
         // The polygon in the middle of its life.
         let middle = if s.parent_key.is_finite() { 0.5 * (key + s.parent_key) } else { 1.5 * key };
+        let entries = self.loops.of_node(s.node);
+        let levels = |v: u32| self.levels(v as usize, key, s.parent_key);
+        if !entries.iter().any(|h| levels(self.mesh.origin(h & !LAST)) != [false; LEVELS]) {
+            return;
+        }
         let (mut sum, mut length) = (0.0, 0.0);
-        for entries in split_loops(self.loops.of_node(s.node)) {
-            let active =
-                |h: &&u32| f64::from(self.activity[self.mesh.origin(**h & !LAST) as usize].budget) > middle;
-            let mut edges = entries.iter().filter(active).copied();
-            let Some(first) = edges.next() else { continue };
-            let mut from = first;
-            for to in edges.chain([first]) {
-                let edge = place(from).distance(place(to));
-                sum += 0.5 * edge * (height(from) + height(to));
+        let mut ends = (None, None);
+        scratch.clear();
+        for h in entries {
+            let v = self.mesh.origin(h & !LAST);
+            let place = self.mesh.positions[v as usize].as_dvec3();
+            let height = normal.dot(place) - split.offset;
+            scratch.push((v, height));
+            let mut edge = |from: (DVec3, f64), to: (DVec3, f64)| {
+                let edge = from.0.distance(to.0);
+                sum += 0.5 * edge * (from.1 + to.1);
                 length += edge;
-                from = to;
+            };
+            if f64::from(self.keys[v as usize]) > middle {
+                let to = (place, height);
+                ends = match ends {
+                    (Some(first), Some(from)) => {
+                        edge(from, to);
+                        (Some(first), Some(to))
+                    }
+                    _ => (Some(to), Some(to)),
+                };
+            }
+            if h & LAST != 0 {
+                if let (Some(first), Some(last)) = ends {
+                    edge(last, first);
+                }
+                ends = (None, None);
             }
         }
         let mean = if length > 0.0 { sum / length } else { 0.0 };
-        for &h in self.loops.of_node(s.node) {
-            let v = self.mesh.origin(h & !LAST) as usize;
-            self.at_levels(v, key, s.parent_key, |v, level| {
-                show(v, level, Pull::plane(normal, 0.5 * (height(h) + mean), area));
+        for &(v, height) in scratch.iter() {
+            self.at_levels(v as usize, key, s.parent_key, |v, level| {
+                show(v, level, Pull::plane(normal, 0.5 * (height + mean), area));
             });
         }
     }
 
     /// The levels of a vertex at which a cluster with this key is drawn; copies along a seam count as one vertex.
     fn at_levels(&self, vertex: usize, key: f64, parent_key: f64, mut show: impl FnMut(usize, usize)) {
-        let vertex = self.mesh.weld[vertex] as usize;
-        let own = f64::from(self.activity[vertex].budget);
-        if !own.is_finite() {
-            return;
-        }
-        for (level, share) in VertexRecord::DISPLACED_AT.into_iter().enumerate() {
-            let tolerance = share * own;
-            if tolerance >= key && tolerance < parent_key {
-                show(vertex, level);
+        for (level, is_drawn) in self.levels(vertex, key, parent_key).into_iter().enumerate() {
+            if is_drawn {
+                show(self.mesh.weld[vertex] as usize, level);
             }
         }
+    }
+
+    fn levels(&self, vertex: usize, key: f64, parent_key: f64) -> [bool; LEVELS] {
+        let own = f64::from(self.keys[vertex]);
+        VertexRecord::DISPLACED_AT.map(|share| {
+            let tolerance = share * own;
+            tolerance >= key && tolerance < parent_key && own.is_finite()
+        })
     }
 
     fn area(&self, face: usize) -> f64 {

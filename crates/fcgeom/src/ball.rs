@@ -3,39 +3,24 @@
 use glam::DVec3;
 
 /// What the search for a ball asks of a set of points, however it is stored.
-///
-/// Points that are not numbers are passed over by searches and make measurements NaN.
 pub(crate) trait Cloud {
-    /// Any point; `None` if there is none.
-    fn first(&self) -> Option<DVec3>;
-
     /// The point farthest from `p` and about its square distance; `None` if no distance is a number.
     fn farthest_from(&self, p: DVec3) -> Option<(DVec3, f64)>;
-
-    /// The largest square distance from `center`, in `f64` arithmetic.
-    fn largest_square_distance(&self, center: DVec3) -> f64;
 }
 
 /// The points of an iterator that can be gone through repeatedly.
+///
+/// Points that are not numbers are passed over by searches and make measurements NaN.
 pub(crate) struct Each<I>(pub(crate) I);
 
-impl<I: Iterator<Item = DVec3> + Clone> Cloud for Each<I> {
-    fn first(&self) -> Option<DVec3> {
+impl<I: Iterator<Item = DVec3> + Clone> Each<I> {
+    /// Any point; `None` if there is none.
+    pub(crate) fn first(&self) -> Option<DVec3> {
         self.0.clone().next()
     }
 
-    fn farthest_from(&self, p: DVec3) -> Option<(DVec3, f64)> {
-        let (mut best, mut farthest) = (None, -1.0);
-        for q in self.0.clone() {
-            let d = p.distance_squared(q);
-            if d > farthest {
-                (best, farthest) = (Some((q, d)), d);
-            }
-        }
-        best
-    }
-
-    fn largest_square_distance(&self, center: DVec3) -> f64 {
+    /// The largest square distance from `center`.
+    pub(crate) fn largest_square_distance(&self, center: DVec3) -> f64 {
         let mut largest = 0.0f64;
         for p in self.0.clone() {
             let d = p.distance_squared(center);
@@ -45,6 +30,19 @@ impl<I: Iterator<Item = DVec3> + Clone> Cloud for Each<I> {
             largest = largest.max(d);
         }
         largest
+    }
+}
+
+impl<I: Iterator<Item = DVec3> + Clone> Cloud for Each<I> {
+    fn farthest_from(&self, p: DVec3) -> Option<(DVec3, f64)> {
+        let (mut best, mut farthest) = (None, -1.0);
+        for q in self.0.clone() {
+            let d = p.distance_squared(q);
+            if d > farthest {
+                (best, farthest) = (Some((q, d)), d);
+            }
+        }
+        best
     }
 }
 

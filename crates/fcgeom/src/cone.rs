@@ -60,25 +60,36 @@ impl Cone {
     /// The same around normals by fours, all of which must be unit vectors up to rounding.
     #[must_use]
     pub fn of_quads(normals: &Quads) -> Self {
+        match normals.sum().try_normalize() {
+            Some(mean) => Self::of_quads_near(normals, mean.as_vec3()).0,
+            None => Self::FULL,
+        }
+    }
+
+    /// The same by a search that starts from a unit vector among the normals, and the least cosine of an angle between
+    /// that vector and a normal, within 1e-6; infinite if there is no normal.
+    #[must_use]
+    pub fn of_quads_near(normals: &Quads, start: Vec3) -> (Self, f32) {
         if let Some([p, q]) = normals.pair() {
             let ball = Ball::across(p.as_dvec3(), q.as_dvec3());
             let cone = Self::about(ball.center, ball.radius * ball.radius);
-            return if cone.cos > 0.0 { cone } else { Self::FULL };
+            let least = start.dot(p).min(start.dot(q));
+            return (if cone.cos > 0.0 { cone } else { Self::FULL }, least);
         }
-        let Some(mean) = normals.sum().try_normalize() else {
-            return Self::FULL;
+        let start = start.as_dvec3();
+        let Some(pair) = Pair::of(normals, start) else {
+            return (Self::FULL, f32::INFINITY);
         };
-        let Some(pair) = Pair::of(normals, mean) else {
-            return Self::FULL;
-        };
+        // Both are unit vectors, so that their square distance tells the angle.
+        let least = (1.0 - 0.5 * pair.square_reach()) as f32;
         if pair.ball().radius > HOPELESS {
-            return Self::FULL;
+            return (Self::FULL, least);
         }
-        let about_mean = Self::about(mean, pair.square_reach());
+        let about_start = Self::about(start, pair.square_reach());
         let ball = pair.grown_around(normals);
         let about_ball = Self::about(ball.center, ball.radius * ball.radius);
-        let best = if about_ball.cos > about_mean.cos { about_ball } else { about_mean };
-        if best.cos > 0.0 { best } else { Self::FULL }
+        let best = if about_ball.cos > about_start.cos { about_ball } else { about_start };
+        (if best.cos > 0.0 { best } else { Self::FULL }, least)
     }
 
     /// The narrowest cone about a given axis around unit vectors, by the largest square distance from its tip.

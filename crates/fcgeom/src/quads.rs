@@ -4,7 +4,7 @@
 //! is not full repeats its first point, which no minimum and no maximum minds, so there are no rests to deal with.
 //! Searches run in `f32` on differences, whose rounding is relative to the difference; heights are in `f64`.
 
-use crate::ball::{Cloud, Each};
+use crate::ball::Cloud;
 use glam::{BVec4A, DVec3, Vec3, Vec4};
 use std::ops::Range;
 
@@ -153,35 +153,6 @@ impl Quads {
         )
     }
 
-    /// The lowest and the highest of the points along several directions, from a point of reference, in `f32`.
-    ///
-    /// They are off by at most 1e-6 of the largest distance from the reference, for directions of length 1.
-    #[must_use]
-    pub fn extents<const N: usize>(&self, reference: Vec3, directions: [Vec3; N]) -> [(f32, f32); N] {
-        let (mut low, mut high) = ([Vec4::INFINITY; N], [Vec4::NEG_INFINITY; N]);
-        let (reference, directions) = (Quad::splat(reference), directions.map(Quad::splat));
-        for quad in &self.quads {
-            let quad = quad.minus(&reference);
-            for ((direction, low), high) in directions.iter().zip(&mut low).zip(&mut high) {
-                let h = quad.dot(direction);
-                *low = low.min(h);
-                *high = high.max(h);
-            }
-        }
-        std::array::from_fn(|i| (low[i].min_element(), high[i].max_element()))
-    }
-
-    /// Whether the product of every point with `direction` is above `limit`, in `f32`.
-    #[must_use]
-    pub fn all_above(&self, direction: Vec3, limit: f32) -> bool {
-        let direction = Quad::splat(direction);
-        // Large clusters mostly fail early: look up from time to time.
-        self.quads.chunks(16).all(|some| {
-            let low = some.iter().fold(Vec4::INFINITY, |low, quad| low.min(quad.dot(&direction)));
-            low.min_element() > limit
-        })
-    }
-
     /// The largest of all points' square distances to the nearest of `sites`, in `f32`; 0 for no points.
     #[must_use]
     pub fn farthest_from_sites(&self, sites: &[Vec3]) -> f32 {
@@ -198,10 +169,6 @@ impl Quads {
 }
 
 impl Cloud for Quads {
-    fn first(&self) -> Option<DVec3> {
-        self.quads.first().map(|quad| quad.points()[0].as_dvec3())
-    }
-
     /// The distance is from `p` rounded to `f32`, and off by at most 2e-7 of itself unless it is tiny.
     fn farthest_from(&self, p: DVec3) -> Option<(DVec3, f64)> {
         let p = Quad::splat(p.as_vec3());
@@ -214,12 +181,7 @@ impl Cloud for Quads {
         }
         let farthest = far.max_element();
         let lane = far.cmpeq(Vec4::splat(farthest)).bitmask().trailing_zeros() as usize;
-        let best = at.points().get(lane).copied()?;
-        (farthest >= 0.0).then(|| (best.as_dvec3(), f64::from(farthest)))
-    }
-
-    fn largest_square_distance(&self, center: DVec3) -> f64 {
-        let points = self.quads.iter().flat_map(Quad::points).map(Vec3::as_dvec3);
-        Each(points).largest_square_distance(center)
+        let [x, y, z] = [at.x, at.y, at.z].map(|lanes| lanes.to_array().get(lane).copied());
+        (farthest >= 0.0).then_some((Vec3::new(x?, y?, z?).as_dvec3(), f64::from(farthest)))
     }
 }

@@ -1,7 +1,7 @@
 //! Enclosing spheres, stored in `f32` and never too small.
 
-use crate::ball::{Ball, Cloud, Each, Pair};
-use crate::{Quads, round_up};
+use crate::ball::{Ball, Each, Pair};
+use crate::round_up;
 use glam::{DVec3, Vec3};
 use std::borrow::Borrow;
 
@@ -17,12 +17,6 @@ pub struct Sphere {
     pub radius: f32,
 }
 
-/// How far a distance that was found in `f32` may be off, relative to itself, and twice that to be sure.
-const SEARCH_SLACK: f64 = 4.0e-7;
-
-/// Below this, squares of distances lose digits in `f32`.
-const SEARCH_HOLDS: f64 = 1.0e-15;
-
 impl Sphere {
     /// The sphere of nothing: a negative radius, so that no point lies within.
     pub const EMPTY: Self = Self { center: Vec3::ZERO, radius: -1.0 };
@@ -33,31 +27,13 @@ impl Sphere {
     #[must_use]
     pub fn of_points<P: Borrow<Vec3>>(points: impl IntoIterator<Item = P, IntoIter: Clone>) -> Self {
         let cloud = Each(points.into_iter().map(|p| p.borrow().as_dvec3()));
-        Self::around(&cloud).map_or(Self::EMPTY, |(start, _)| start.grown_over(&cloud))
-    }
-
-    /// The same around points by fours, whose coordinates must lie below 1e18.
-    #[must_use]
-    pub fn of_quads(points: &Quads) -> Self {
-        let Some((start, radius)) = Self::around(points) else { return Self::EMPTY };
-        if radius > SEARCH_HOLDS && start.radius == 0.0 {
-            // The search has measured from this very centre; only the rounding of that is to be paid for.
-            return Self { radius: round_up(radius * (1.0 + SEARCH_SLACK)), ..start };
+        let Some(first) = cloud.first() else { return Self::EMPTY };
+        let ball = Pair::of(&cloud, first).map(|pair| pair.grown_around(&cloud));
+        let center = ball.map_or(DVec3::NAN, |ball: Ball| ball.center).as_vec3();
+        if !center.is_finite() {
+            return Self { center: Vec3::ZERO, radius: f32::INFINITY };
         }
-        start.grown_over(points)
-    }
-
-    /// The centre of a small sphere around points with a radius of zero, and the radius that the search has found.
-    fn around(cloud: &impl Cloud) -> Option<(Self, f64)> {
-        let first = cloud.first()?;
-        let ball = Pair::of(cloud, first).map(|pair| pair.grown_around(cloud));
-        let Ball { center, radius } = ball.unwrap_or(Ball { center: DVec3::NAN, radius: f64::NAN });
-        let center = center.as_vec3();
-        Some(if center.is_finite() {
-            (Self { center, radius: 0.0 }, radius)
-        } else {
-            (Self { center: Vec3::ZERO, radius: f32::INFINITY }, radius)
-        })
+        Self { center, radius: 0.0 }.grown_over(&cloud)
     }
 
     /// The smallest sphere around two spheres, rounded up; one of them if it contains the other.
@@ -95,7 +71,7 @@ impl Sphere {
         self.grown_over(&Each(points.into_iter().map(|p| p.borrow().as_dvec3())))
     }
 
-    fn grown_over(self, cloud: &impl Cloud) -> Self {
+    fn grown_over<I: Iterator<Item = DVec3> + Clone>(self, cloud: &Each<I>) -> Self {
         let squared = cloud.largest_square_distance(self.center.as_dvec3());
         if squared.is_nan() {
             return Self { center: self.center, radius: f32::INFINITY };

@@ -62,7 +62,7 @@ pub use loops::Loops;
 pub use meta::{MAX_META_LEN, Meta};
 pub use node::{BoundingPolygon, Node};
 pub use octahedral::{FineNormalRecord, NormalRecord};
-pub use pack::{ClusterData, Clusters, PackError, Packed, PageRun, PlainClusters, Plan};
+pub use pack::{ClusterData, Clusters, Decoded, PackError, Packed, PageRun, PlainClusters, Plan};
 pub use plane::PlaneRecord;
 pub use publish::Pending;
 pub use records::{

@@ -44,13 +44,14 @@ impl NormalRecord {
         };
         let (u, v) = (u * STEPS, v * STEPS);
         let mut best = (f64::NEG_INFINITY, Self::default());
-        for [u, v] in
-            [[u.floor(), v.floor()], [u.ceil(), v.floor()], [u.floor(), v.ceil()], [u.ceil(), v.ceil()]]
-        {
+        for [u, v] in [[low(u), low(v)], [high(u), low(v)], [low(u), high(v)], [high(u), high(v)]] {
             let candidate = Self { uv: [narrow(u), narrow(v)] };
-            let along = dot(candidate.direction(), normal);
-            if along > best.0 {
-                best = (along, candidate);
+            let direction = unfolded(candidate.uv.map(|c| f64::from(c) / STEPS));
+            let along = dot(direction, normal);
+            // The cosine of the angle, squared, times the square of the normal's length.
+            let nearness = along * along.abs() / dot(direction, direction);
+            if nearness > best.0 {
+                best = (nearness, candidate);
             }
         }
         best.1
@@ -94,13 +95,32 @@ fn unfold([x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
 }
 
 #[inline]
-fn fold([u, v]: [f64; 2]) -> [f64; 3] {
-    let z = 1.0 - u.abs() - v.abs();
-    let (x, y) =
-        if z >= 0.0 { (u, v) } else { ((1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v)) };
+fn fold(uv: [f64; 2]) -> [f64; 3] {
+    let [x, y, z] = unfolded(uv);
     // |x| + |y| + |z| = 1, so the length is at least 1 / sqrt 3.
     let per_length = 1.0 / (x * x + y * y + z * z).sqrt();
     [x * per_length, y * per_length, z * per_length]
+}
+
+/// The point of the octahedron.
+#[inline]
+fn unfolded([u, v]: [f64; 2]) -> [f64; 3] {
+    let z = 1.0 - u.abs() - v.abs();
+    let (x, y) =
+        if z >= 0.0 { (u, v) } else { ((1.0 - v.abs()) * sign_or_one(u), (1.0 - u.abs()) * sign_or_one(v)) };
+    [x, y, z]
+}
+
+/// The whole number below or at one of a few hundred.
+#[allow(clippy::cast_possible_truncation, reason = "it is a few hundred")]
+fn low(x: f64) -> f64 {
+    let near = f64::from(x as i32);
+    if near > x { near - 1.0 } else { near }
+}
+
+/// The whole number above or at one of a few hundred.
+fn high(x: f64) -> f64 {
+    -low(-x)
 }
 
 /// A unit vector at right angles to a unit vector, by + - * / alone; continuous but where z changes its sign.

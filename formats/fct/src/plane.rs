@@ -70,7 +70,9 @@ fn frame((axis, cos): Axis) -> ([f64; 3], [f64; 3], [f64; 3], f64) {
 
 #[allow(clippy::cast_possible_truncation, reason = "clamped to the range of a byte")]
 fn byte(x: f64) -> i8 {
-    x.round().clamp(-127.0, 127.0) as i8
+    let x = x.clamp(-127.0, 127.0);
+    // A cast takes what is behind the point away: to the nearest, halves away from zero.
+    (x + 0.5_f64.copysign(x)) as i8
 }
 
 fn dot([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> f64 {

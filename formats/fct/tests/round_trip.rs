@@ -2,7 +2,7 @@
 
 mod sample;
 
-use fct::{Child, ChildRef, SMALL_FACES, Tree, WriteOptions};
+use fct::{Child, ChildRef, Plan, SMALL_FACES, Tree, WriteOptions};
 use sample::{Sample, Split};
 
 #[test]
@@ -109,6 +109,24 @@ fn a_walk_by_children_meets_every_node_and_face_once_in_order() {
     assert!(tree.find(ChildRef::face(faces.len() as u32)).is_err());
 }
 
+/// In pages of every size, a single face included, and asked for in any order.
+#[test]
+fn a_packer_decodes_what_a_reader_reads() {
+    for page_faces in [1, 2, 7, 30, 253] {
+        let sample = Sample::patches(7, 5, page_faces);
+        let tree = sample.tree();
+        let plan = Plan::new(&sample.plain, page_faces).unwrap();
+        let mut decoded = sample.packed.decoded(&plan);
+        let mut stack = vec![tree.whole()];
+        while let Some(subtree) = stack.pop() {
+            let Child::Node(index) = subtree.child.kind() else { continue };
+            assert_eq!(decoded.node(index), Some(tree.node(&subtree).unwrap()));
+            stack.extend(tree.children(&subtree).unwrap());
+        }
+        assert_eq!(decoded.node(sample.plain.clusters.len() as u32), None);
+    }
+}
+
 /// In pages of every size: what is decoded holds what was packed, and little more.
 #[test]
 fn packing_errs_on_the_safe_side() {
@@ -126,12 +144,14 @@ fn packing_errs_on_the_safe_side() {
             assert!(node.cos() <= plain.cos && node.cos() > plain.cos - 0.02);
             assert!((node.epsilon().sqrt() - 0.5).abs() < 0.035);
             let corners = subtree.of(&sample.plain.faces).iter().flatten();
-            let reach = corners.map(|v| {
-                let p = sample.plain.positions[*v as usize];
-                p.iter().zip(plain.center).map(|(a, b)| (a - b).powi(2)).sum::<f32>().sqrt()
-            });
-            let reach = reach.fold(0.0, f32::max);
-            assert!(node.radius < 1.5 * reach, "{subtree}: {} around {reach}", node.radius);
+            let corners: Vec<[f32; 3]> = corners.map(|v| sample.plain.positions[*v as usize]).collect();
+            let distance = |a: &[f32; 3], b: &[f32; 3]| {
+                a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f32>().sqrt()
+            };
+            let apart = corners.iter().flat_map(|a| corners.iter().map(move |b| distance(a, b)));
+            // No sphere is smaller than half the way between two corners.
+            let least = 0.5 * apart.fold(0.0, f32::max);
+            assert!(node.radius < 1.5 * least, "{subtree}: {} around {least}", node.radius);
             let boundary = &sample.plain.boundaries[index as usize];
             let loops = tree.loops_of(&subtree).unwrap();
             let drawn = node.bound < f32::INFINITY || subtree.face_count() <= SMALL_FACES;

@@ -3,6 +3,7 @@
 use super::corners::Registration;
 use super::curves::CurveRecord;
 use crate::bounds::{NodeBounds, Slack};
+use crate::clusters::PackedClusters;
 use fcgeom::{Sphere, round_up};
 use rayon::prelude::*;
 
@@ -37,23 +38,29 @@ impl Activity {
 /// Gathers the records of all welded vertices from what the splits register and curves ask for.
 ///
 /// `registrations` come with ancestors before descendants, so a vertex's first sphere mostly holds the others.
-pub fn gather(
+pub(crate) fn gather(
     vertices: usize,
     registrations: &[Vec<Registration>],
     curves: &[CurveRecord],
     nodes: &[NodeBounds],
+    clusters: &PackedClusters,
     slack: Slack,
 ) -> Vec<Activity> {
     let mut records = vec![Activity::NEVER; vertices];
     // Each thread goes through all registrations for some of the vertices: reading is the least of the work.
     let share = vertices.div_ceil(rayon::current_num_threads()).max(1);
     records.par_chunks_mut(share).enumerate().for_each(|(i, records)| {
+        let mut spheres = clusters.spheres();
+        let mut last = (0, spheres.of_node(0));
         for r in registrations.iter().flatten() {
             if let Some(record) =
                 (r.vertex as usize).checked_sub(i * share).and_then(|place| records.get_mut(place))
             {
+                if last.0 != r.node {
+                    last = (r.node, spheres.of_node(r.node));
+                }
                 let node = &nodes[r.node as usize];
-                record.add(node.bound, node.budget, &node.sphere);
+                record.add(node.bound, node.budget, &last.1);
             }
         }
     });

@@ -2,9 +2,10 @@
 
 use super::loops::{LAST, Loops, split_loops};
 use super::polyline;
-use crate::bounds::{BoundingPolygon, Cluster, Measurer, NodeBounds};
+use crate::bounds::{Cluster, Measurer, NodeBounds};
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
+use fcgeom::Cone;
 use glam::Vec3;
 use std::ops::Range;
 
@@ -23,8 +24,8 @@ pub struct Registered {
     pub registrations: Vec<Vec<Registration>>,
     /// The nested bounds of each node.
     pub nodes: Vec<NodeBounds>,
-    /// Bounding polygons by node, ascending.
-    pub polygons: Vec<(u32, BoundingPolygon)>,
+    /// The normal cone of each node.
+    pub cones: Vec<Cone>,
 }
 
 /// Walks the tree from the root down, registers corners, and measures each interior node once it has got its corners.
@@ -32,9 +33,10 @@ pub struct Registered {
 /// `anchored` says of each vertex whether it is drawn in every mesh.
 pub fn register(mesh: &TreeMesh, splits: &[Split], loops: &Loops, anchored: &[bool]) -> Registered {
     let mut nodes = vec![NodeBounds::UNKNOWN; splits.len()];
+    let mut cones = vec![Cone::FULL; splits.len()];
     if splits.is_empty() {
         // A single face: nothing is split, its corners are always drawn.
-        return Registered { registrations: Vec::new(), nodes, polygons: Vec::new() };
+        return Registered { registrations: Vec::new(), nodes, cones };
     }
     let mut registered: Vec<bool> = vec![false; mesh.opposite.len()];
     for &h in loops.of_node(0) {
@@ -42,15 +44,9 @@ pub fn register(mesh: &TreeMesh, splits: &[Split], loops: &Loops, anchored: &[bo
     }
     let walk = Walk { mesh, splits, loops };
     let root = Child { node: 0, faces: 0..mesh.faces.len() };
-    let pieces = walk.descend(root, &mut registered, &mut nodes);
-    let mut registrations = Vec::with_capacity(pieces.len());
-    let mut polygons = Vec::new();
-    for piece in pieces {
-        registrations.push(piece.registrations);
-        polygons.extend(piece.polygons);
-    }
-    polygons.sort_unstable_by_key(|(node, _)| *node);
-    Registered { registrations, nodes, polygons }
+    let measured = Measured { nodes: &mut nodes, cones: &mut cones };
+    let registrations = walk.descend(root, &mut registered, measured);
+    Registered { registrations, nodes, cones }
 }
 
 struct Walk<'a> {
@@ -69,34 +65,46 @@ struct Child {
     faces: Range<usize>,
 }
 
-/// What one thread writes to.
-#[derive(Default)]
-struct Piece {
-    registrations: Vec<Registration>,
-    polygons: Vec<(u32, BoundingPolygon)>,
+/// Where the measures of a node and of all below it go.
+struct Measured<'m> {
+    nodes: &'m mut [NodeBounds],
+    cones: &'m mut [Cone],
+}
+
+impl<'m> Measured<'m> {
+    /// The places of the node itself, and those of the subtree of a left child of so many faces and of the right one.
+    fn split(self, left_faces: usize) -> Option<(&'m mut NodeBounds, &'m mut Cone, [Measured<'m>; 2])> {
+        let (bounds, nodes) = self.nodes.split_first_mut()?;
+        let (cone, cones) = self.cones.split_first_mut()?;
+        let (nodes_l, nodes_r) = nodes.split_at_mut(left_faces - 1);
+        let (cones_l, cones_r) = cones.split_at_mut(left_faces - 1);
+        let below = [(nodes_l, cones_l), (nodes_r, cones_r)].map(|(nodes, cones)| Measured { nodes, cones });
+        Some((bounds, cone, below))
+    }
 }
 
 impl<'a> Walk<'a> {
     /// Measures a node and registers what its split needs, and all below.
     ///
     /// `registered` holds, for each half-edge of the node's faces that lies on a boundary, whether its start is a
-    /// corner registered by an ancestor; `nodes` are the bounds of the node and of those below.
-    fn descend(&self, at: Child, registered: &mut [bool], nodes: &mut [NodeBounds]) -> Vec<Piece> {
-        let mut own = Piece::default();
+    /// corner registered by an ancestor.
+    fn descend(&self, at: Child, registered: &mut [bool], places: Measured<'_>) -> Vec<Vec<Registration>> {
+        let mut own = Vec::new();
         if at.faces.len() < SERIAL_BELOW {
-            self.descend_serial(at, registered, nodes, &mut Measurer::new(self.mesh), &mut own);
-            own.registrations.shrink_to_fit();
+            self.descend_serial(at, registered, places, &mut Measurer::new(self.mesh), &mut own);
+            own.shrink_to_fit();
             return vec![own];
         }
-        let Some((bounds, below)) = nodes.split_first_mut() else { return Vec::new() };
+        let left_faces = self.splits[at.node].left_faces as usize;
+        let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return Vec::new() };
         // The measurer of a large cluster goes before more of them are made.
-        *bounds = self.measure(&at, registered, &mut Measurer::new(self.mesh), &mut own);
-        let [left, right] = self.split(&at, registered, &mut own.registrations);
-        let (registered_l, registered_r) = registered.split_at_mut(3 * left.faces.len());
-        let (nodes_l, nodes_r) = below.split_at_mut(left.faces.len() - 1);
+        (*bounds, *cone) = self.measure(&at, registered, &mut Measurer::new(self.mesh));
+        let [left, right] = self.split(&at, registered, &mut own);
+        let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
+        let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let (l, r) = rayon::join(
-            || self.descend(left, registered_l, nodes_l),
-            || self.descend(right, registered_r, nodes_r),
+            || self.descend(left, registered_l, Measured { nodes: &mut *nodes_l, cones: places_l.cones }),
+            || self.descend(right, registered_r, Measured { nodes: &mut *nodes_r, cones: places_r.cones }),
         );
         bounds.nest([nodes_l.first(), nodes_r.first()]);
         let mut pieces = vec![own];
@@ -109,31 +117,29 @@ impl<'a> Walk<'a> {
         &self,
         at: Child,
         registered: &mut [bool],
-        nodes: &mut [NodeBounds],
+        places: Measured<'_>,
         measurer: &mut Measurer<'_>,
-        piece: &mut Piece,
+        out: &mut Vec<Registration>,
     ) {
-        let Some((bounds, below)) = nodes.split_first_mut() else { return };
-        *bounds = self.measure(&at, registered, measurer, piece);
-        let [left, right] = self.split(&at, registered, &mut piece.registrations);
-        let (registered_l, registered_r) = registered.split_at_mut(3 * left.faces.len());
-        let (nodes_l, nodes_r) = below.split_at_mut(left.faces.len() - 1);
-        self.descend_serial(left, registered_l, nodes_l, measurer, piece);
-        self.descend_serial(right, registered_r, nodes_r, measurer, piece);
+        if places.nodes.is_empty() {
+            return;
+        }
+        let left_faces = self.splits[at.node].left_faces as usize;
+        let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return };
+        (*bounds, *cone) = self.measure(&at, registered, measurer);
+        let [left, right] = self.split(&at, registered, out);
+        let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
+        let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
+        let places_l = Measured { nodes: &mut *nodes_l, cones: places_l.cones };
+        let places_r = Measured { nodes: &mut *nodes_r, cones: places_r.cones };
+        self.descend_serial(left, registered_l, places_l, measurer, out);
+        self.descend_serial(right, registered_r, places_r, measurer, out);
         bounds.nest([nodes_l.first(), nodes_r.first()]);
     }
 
-    fn measure(
-        &self,
-        at: &Child,
-        registered: &[bool],
-        measurer: &mut Measurer<'_>,
-        piece: &mut Piece,
-    ) -> NodeBounds {
+    fn measure(&self, at: &Child, registered: &[bool], measurer: &mut Measurer<'_>) -> (NodeBounds, Cone) {
         let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.of_node(at.node), registered };
-        let (bounds, polygon) = measurer.measure(&self.splits[at.node], &cluster);
-        piece.polygons.extend(polygon.map(|polygon| (at.node as u32, polygon)));
-        bounds
+        measurer.measure(&self.splits[at.node], &cluster)
     }
 
     /// Registers the corners of one split.

@@ -2,6 +2,7 @@
 
 use super::NodeBounds;
 use fcgeom::round_up;
+use rayon::prelude::*;
 
 /// Raises the budget keys of clusters whose distance bound is far out of proportion to them.
 ///
@@ -23,13 +24,13 @@ pub fn raise_keys(nodes: &mut [NodeBounds]) {
     let middle = ratios.len() / 2;
     let (_, typical, _) = ratios.select_nth_unstable_by(middle, f64::total_cmp);
     let least = SHARE * *typical;
-    for node in nodes {
+    nodes.par_iter_mut().for_each(|node| {
         let raised = round_up(least * of_bound(node));
         // What is infinite is never drawn.
         if raised.is_finite() {
             node.budget = node.budget.max(raised);
         }
-    }
+    });
 }
 
 /// More costs mean error, since coarse clusters have loose bounds; less leaves spikes flat: on the dragon at a tenth

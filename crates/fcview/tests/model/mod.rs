@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses a part")]
 
-use fcgeom::{Cone, Sphere};
+use fcgeom::Cone;
 use fct::{
     BoundingPolygonRecord, Child, ClusterData, Meta, NormalRecord, Packed, PlainClusters, TreeData,
     VertexRecord, WriteOptions,
@@ -131,7 +131,6 @@ fn split(positions: &[Vec3], faces: &mut [[u32; 3]], tree: &mut PlainClusters) {
     tree.clusters.push(ClusterData {
         plane: [0.0; 3],
         offset: 0.0,
-        center: Sphere::of_points(&points).center.to_array(),
         bound: f32::INFINITY,
         budget: f32::INFINITY,
         axis: cone.axis.to_array(),

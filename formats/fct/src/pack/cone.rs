@@ -21,18 +21,13 @@ pub(super) fn width(exact: [f32; 3], cos: f32, axis: NormalRecord) -> u8 {
     // The cosine of the sum of the half angle and the angle between the axes.
     let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
     let sum = (cos * along - sin * across) / length - ROUNDING;
-    // Cosines fall with the width, so the first that is low enough is found by halving; the last one is.
-    let (mut low, mut high) = (0, u8::MAX);
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if f64::from(cosine_of(middle)) <= sum {
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    low
+    // The width of which `sum` is the cosine, and the first from there that is low enough.
+    let about = ((1.0 - sum).max(0.0).sqrt() * WIDTHS).min(254.0) as u8;
+    (about..u8::MAX).find(|width| f64::from(cosine_of(*width)) <= sum).unwrap_or(u8::MAX)
 }
+
+/// A width of so many steps would be a right angle, if it could be stored.
+const WIDTHS: f64 = 256.0;
 
 #[cfg(test)]
 mod tests {

@@ -28,8 +28,9 @@ pub(super) fn page_loops(
     out: &mut Vec<u8>,
 ) -> Result<Vec<Stored>, PackError> {
     let mut stored = vec![Stored::Yes; nodes.len()];
-    let mut coded: Vec<Vec<u8>> = Vec::new();
-    coded.resize(nodes.len(), Vec::new());
+    // The loops from the last node to the first, and where each node's are.
+    let mut coded = Vec::new();
+    let mut place_of = vec![0..0; nodes.len()];
     for (index, place) in nodes.iter().enumerate().rev() {
         let node = page.node + index as u32;
         let drawn = data[index].bound != f32::INFINITY;
@@ -45,15 +46,17 @@ pub(super) fn page_loops(
             stored[index] = Stored::No;
             continue;
         }
-        coded[index] = encode(entries, names)
+        let start = coded.len();
+        encode(entries, names, &mut coded)
             .ok_or_else(|| PackError::NoTree(format!("the boundary of node {node} is not of its faces")))?;
+        place_of[index] = start..coded.len();
     }
     // What a subtree takes, its root's skip of two bytes and its own loops counted.
     let mut taken = vec![0_usize; nodes.len()];
     for (index, place) in nodes.iter().enumerate().rev() {
         if stored[index] == Stored::Yes {
             let below: usize = place.children(index).iter().map(|child| bytes_of(child, &taken)).sum();
-            taken[index] = 2 + coded[index].len() + below;
+            taken[index] = 2 + place_of[index].len() + below;
         }
     }
     for (index, place) in nodes.iter().enumerate() {
@@ -61,7 +64,7 @@ pub(super) fn page_loops(
             let skip = u16::try_from(bytes_of(&place.children(index)[0], &taken))
                 .map_err(|_too_long| PackError::TooLong("the loops of a page"))?;
             out.extend(skip.to_le_bytes());
-            out.extend_from_slice(&coded[index]);
+            out.extend_from_slice(&coded[place_of[index].clone()]);
         }
     }
     Ok(stored)
@@ -85,23 +88,23 @@ fn follow(entries: &[u32]) -> bool {
     rings.all(|ring| ring.len() > 2) && entries.iter().enumerate().all(meets_once)
 }
 
-/// A node's loops in the bytes of a page.
-fn encode(entries: &[u32], names: &Names<'_>) -> Option<Vec<u8>> {
+/// Appends a node's loops in the bytes of a page.
+fn encode(entries: &[u32], names: &Names<'_>, bytes: &mut Vec<u8>) -> Option<()> {
     if entries.is_empty() {
-        return Some(vec![NO_LOOPS]);
+        bytes.push(NO_LOOPS);
     }
-    let mut bytes = Vec::with_capacity(entries.len() + 2);
-    let loops: Vec<&[u32]> = entries.split_inclusive(|v| v & LOOP_END != 0).collect();
-    for (i, ring) in loops.iter().enumerate() {
-        if i + 1 < loops.len() {
+    let mut rest = entries.len();
+    for ring in entries.split_inclusive(|v| v & LOOP_END != 0) {
+        rest -= ring.len();
+        if rest > 0 {
             bytes.push(MORE_LOOPS);
         }
         bytes.push(u8::try_from(ring.len()).ok().filter(|n| *n > NO_LOOPS)?);
-        for vertex in *ring {
+        for vertex in ring {
             bytes.push(names.local(vertex & !LOOP_END)?);
         }
     }
-    Some(bytes)
+    Some(())
 }
 
 /// Appends the loops of a node above the pages: lengths and differences in groups of seven bits.

@@ -14,6 +14,7 @@
     reason = "these numbers are the caller's, not a file's, and the plan checks their ranges first"
 )]
 
+mod ball;
 mod cone;
 mod error_code;
 mod loops;
@@ -32,11 +33,9 @@ use crate::node::Node;
 use crate::records::{FaceRecord, NodeRecord, PageRecord, TopRecord};
 use zerocopy::little_endian::U32;
 
-/// A cluster before it is packed.
+/// A cluster before it is packed. Spheres are found here, from the faces up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClusterData {
-    /// A good centre for a sphere around the cluster; its radius is found here.
-    pub center: [f32; 3],
     /// Distance bound (length), may be infinite; raised where it is below a child's.
     pub bound: f32,
     /// Budget key (length), may be infinite; raised where it is below a child's.
@@ -116,7 +115,7 @@ impl Packed {
     pub fn new(clusters: &impl Clusters) -> Result<Self, PackError> {
         let plan = Plan::new(clusters, crate::records::MAX_PAGE_FACES)?;
         let run = plan.pack_pages(clusters, 0..plan.page_count())?;
-        Self::assemble(clusters, &plan, [run])
+        Self::assemble(clusters, &plan, [Ok(run)])
     }
 
     /// Puts runs of pages together, which are all pages of the plan in order, and packs the nodes above them.
@@ -126,15 +125,12 @@ impl Packed {
     pub fn assemble(
         clusters: &impl Clusters,
         plan: &Plan,
-        runs: impl IntoIterator<Item = PageRun>,
+        runs: impl IntoIterator<Item = Result<PageRun, PackError>>,
     ) -> Result<Self, PackError> {
         let mut all = Self::default();
-        for PageRun(run) in runs {
-            if all.pages.is_empty() {
-                all = run;
-            } else {
-                all.append(run)?;
-            }
+        all.reserve(plan);
+        for run in runs {
+            all.append(run?.0)?;
         }
         if all.pages.len() != plan.page_count() {
             return Err(PackError::NoTree(format!(
@@ -145,6 +141,14 @@ impl Packed {
         }
         top::pack(clusters, plan, &mut all)?;
         Ok(all)
+    }
+
+    /// Takes the memory whose size is known.
+    fn reserve(&mut self, plan: &Plan) {
+        let faces = plan.pages.last().map_or(0, |page| (page.first_face + page.faces) as usize);
+        self.pages.reserve_exact(plan.page_count());
+        self.nodes.reserve_exact(faces - plan.page_count());
+        self.faces.reserve_exact(faces);
     }
 
     fn append(&mut self, run: Self) -> Result<(), PackError> {
@@ -167,16 +171,43 @@ impl Packed {
         Ok(())
     }
 
-    /// Every node as a reader decodes it, with its index in preorder; nodes of the pages first, in order.
-    pub fn decoded<'a>(&'a self, plan: &'a Plan) -> impl Iterator<Item = (u32, Node)> + 'a {
-        let mut start = 0;
-        let in_pages = plan.pages.iter().zip(&self.pages).flat_map(move |(planned, page)| {
-            let count = usize::from(page.faces) - 1;
-            let records = &self.nodes[start..start + count];
-            start += count;
-            (planned.node..).zip(records).map(move |(index, record)| (index, Node::of_page(page, record)))
-        });
-        let above = plan.tops.iter().zip(&self.tops).map(|(planned, top)| (planned.node, Node::of_top(top)));
-        in_pages.chain(above)
+    /// The nodes as a reader decodes them.
+    pub fn decoded<'a>(&'a self, plan: &'a Plan) -> Decoded<'a> {
+        Decoded { packed: self, plan, page: 0 }
+    }
+}
+
+/// The nodes of packed clusters as a reader decodes them, by their place in preorder.
+///
+/// Quick for nodes of one page in a row.
+#[derive(Clone, Copy, Debug)]
+pub struct Decoded<'a> {
+    packed: &'a Packed,
+    plan: &'a Plan,
+    /// The page of the last node.
+    page: usize,
+}
+
+impl Decoded<'_> {
+    /// The node that stands at this place in preorder; none if there is no such place.
+    pub fn node(&mut self, index: u32) -> Option<Node> {
+        if let Some(node) = self.in_page(index) {
+            return Some(node);
+        }
+        // A page of a single face has no node, and a number that it shares with a page or a node after it.
+        let after = self.plan.pages.partition_point(|page| page.node <= index);
+        self.page = after.saturating_sub(1);
+        self.in_page(index).or_else(|| {
+            let top = self.plan.tops.binary_search_by_key(&index, |top| top.node).ok()?;
+            Some(Node::of_top(self.packed.tops.get(top)?))
+        })
+    }
+
+    fn in_page(&self, index: u32) -> Option<Node> {
+        let planned = self.plan.pages.get(self.page)?;
+        let local = index.checked_sub(planned.node).filter(|local| local + 1 < planned.faces)?;
+        // Pages before it have one node less than faces.
+        let record = planned.first_face as usize - self.page + local as usize;
+        Some(Node::of_page(self.packed.pages.get(self.page)?, self.packed.nodes.get(record)?))
     }
 }

@@ -92,7 +92,7 @@ impl Packer {
             out.faces.push(FaceRecord { vertices: [a, b, c] });
         }
         let corner = |face: usize| faces[face].map(|v| clusters.position(v));
-        let grid = spheres::nest(&self.data, &self.nodes, &corner).ok_or(PackError::Range(page.node))?;
+        let grid = spheres::nest(&self.nodes, &corner).ok_or(PackError::Range(page.node))?;
 
         let (first_link, first_loop) =
             (offset(out.links.len(), "section LINK")?, offset(out.loops.len(), "section LOOP")?);

@@ -3,7 +3,7 @@
 //! Centres and radii are whole steps of the page's grid, so whether one sphere lies in another is a question about
 //! integers. A parent is grown over its children as they are stored, from the faces up.
 
-use super::ClusterData;
+use super::ball::Ball;
 use super::page::{Below, Place};
 
 /// A sphere in steps of the grid.
@@ -31,19 +31,16 @@ const ROOM: f64 = 250.0;
 const MOST_STEPS: f64 = (1_u32 << 23) as f64;
 
 /// Finds the finest grid on which the spheres of a page can be nested; none if single precision has none.
-pub(super) fn nest(
-    data: &[ClusterData],
-    nodes: &[Place],
-    corners: &dyn Fn(usize) -> [[f32; 3]; 3],
-) -> Option<Grid> {
+pub(super) fn nest(nodes: &[Place], corners: &impl Fn(usize) -> [[f32; 3]; 3]) -> Option<Grid> {
     if nodes.is_empty() {
         return Some(Grid { origin: [0.0; 3], quantum: 1.0, balls: Vec::new() });
     }
+    let exact = before_rounding(nodes, corners);
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for cluster in data {
-        for (axis, c) in cluster.center.into_iter().enumerate() {
-            low[axis] = low[axis].min(f64::from(c));
-            high[axis] = high[axis].max(f64::from(c));
+    for ball in &exact {
+        for (axis, c) in ball.center.into_iter().enumerate() {
+            low[axis] = low[axis].min(c);
+            high[axis] = high[axis].max(c);
         }
     }
     let mut need = f64::from(f32::from_bits(1));
@@ -58,7 +55,7 @@ pub(super) fn nest(
     // Ends: a few doublings make the radii fit, and then the range of single precision is left.
     while quantum <= f64::from(f32::MAX) / f64::from(2 * LAST) {
         let origin = low.map(|x| (x / quantum).floor() * quantum);
-        if let Some(balls) = nest_on(data, nodes, corners, origin, quantum) {
+        if let Some(balls) = nest_on(&exact, nodes, corners, origin, quantum) {
             return Some(Grid { origin: origin.map(|x| x as f32), quantum: quantum as f32, balls });
         }
         quantum *= 2.0;
@@ -66,30 +63,47 @@ pub(super) fn nest(
     None
 }
 
+/// The nested balls without a grid.
+fn before_rounding(nodes: &[Place], corners: &impl Fn(usize) -> [[f32; 3]; 3]) -> Vec<Ball> {
+    let mut balls = vec![Ball { center: [0.0; 3], radius: 0.0 }; nodes.len()];
+    for index in (0..nodes.len()).rev() {
+        balls[index] = match nodes[index].children(index) {
+            [Below::Node(a), Below::Node(b)] => Ball::around(&balls[a], &balls[b]),
+            [Below::Node(node), Below::Face(face)] | [Below::Face(face), Below::Node(node)] => {
+                balls[node].stretched_to(&corners(face))
+            }
+            [Below::Face(a), Below::Face(b)] => Ball::of_faces(&corners(a), &corners(b)),
+        };
+    }
+    balls
+}
+
 /// The spheres on one grid, or none if a radius does not fit.
 fn nest_on(
-    data: &[ClusterData],
+    exact: &[Ball],
     nodes: &[Place],
-    corners: &dyn Fn(usize) -> [[f32; 3]; 3],
+    corners: &impl Fn(usize) -> [[f32; 3]; 3],
     origin: [f64; 3],
     quantum: f64,
 ) -> Option<Vec<GridBall>> {
+    // Exact, as the quantum is a power of two.
+    let per_quantum = 1.0 / quantum;
     let mut balls = vec![GridBall::default(); nodes.len()];
     for index in (0..nodes.len()).rev() {
         let children = nodes[index].children(index);
-        let center = data[index].center;
-        let near = [0, 1, 2].map(|k| step((f64::from(center[k]) - origin[k]) / quantum));
+        let center = exact[index].center;
+        let near = [0, 1, 2].map(|k| step((center[k] - origin[k]) * per_quantum));
         let radius = |center: [i32; 3]| {
             let at = [0, 1, 2].map(|k| origin[k] + f64::from(center[k]) * quantum);
             children.iter().fold(0, |radius, child| {
                 radius.max(match *child {
                     Below::Node(child) => reach(center, &balls[child]),
-                    Below::Face(face) => reach_of_corners(at, &corners(face), quantum),
+                    Below::Face(face) => reach_of_corners(at, &corners(face), per_quantum),
                 })
             })
         };
         let mut best = GridBall { center: near, radius: radius(near) };
-        // Often the two spheres below fill less than one around the old centre.
+        // The two spheres below have grown as they were rounded, and may be held better from elsewhere.
         if let [Below::Node(a), Below::Node(b)] = children {
             let between = between(&balls[a], &balls[b]);
             let other = GridBall { center: between, radius: radius(between) };
@@ -107,7 +121,8 @@ fn nest_on(
 
 /// The nearest step.
 fn step(x: f64) -> i32 {
-    (x.round() as i32).clamp(0, LAST)
+    // A cast takes what is behind the point away, which for numbers over zero is rounding down.
+    ((x + 0.5) as i32).clamp(0, LAST)
 }
 
 /// How far a sphere reaches from a point of the grid, in whole steps.
@@ -121,13 +136,15 @@ fn reach(from: [i32; 3], ball: &GridBall) -> i32 {
 }
 
 /// How far the corners of a face reach from a place, in whole steps.
-fn reach_of_corners(from: [f64; 3], corners: &[[f32; 3]; 3], quantum: f64) -> i32 {
+fn reach_of_corners(from: [f64; 3], corners: &[[f32; 3]; 3], per_quantum: f64) -> i32 {
     let squared = corners.iter().map(|corner| {
-        let d = [0, 1, 2].map(|k| (f64::from(corner[k]) - from[k]) / quantum);
+        let d = [0, 1, 2].map(|k| (f64::from(corner[k]) - from[k]) * per_quantum);
         d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     });
     // A cast saturates, so that what is far too long stays too long.
-    squared.fold(0.0, f64::max).sqrt().ceil().min(1e6) as i32
+    let reach = squared.fold(0.0, f64::max).sqrt().min(1e6);
+    let whole = reach as i32;
+    whole + i32::from(f64::from(whole) < reach)
 }
 
 /// The centre of the smallest sphere around two, rounded.

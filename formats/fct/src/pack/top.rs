@@ -1,5 +1,6 @@
 //! The nodes above the pages, with all their digits.
 
+use super::ball::Ball;
 use super::loops::encode_top;
 use super::page::offset;
 use super::{Clusters, PackError, Packed, Plan};
@@ -18,20 +19,13 @@ pub(super) fn pack(clusters: &impl Clusters, plan: &Plan, out: &mut Packed) -> R
         let data = clusters.cluster(planned.node);
         let (mut bound, mut budget) = (data.bound, data.budget);
         let children = planned.children.map(|child| Child::of(child, clusters, plan, out));
-        let mut best = ball_around(data.center, &children);
         for child in &children {
             if let Child::Node(node) = child {
                 bound = bound.max(node.bound);
                 budget = budget.max(node.budget);
             }
         }
-        if let [Child::Node(a), Child::Node(b)] = &children {
-            let other = ball_around(between(a, b), &children);
-            if other.1 < best.1 {
-                best = other;
-            }
-        }
-        let (center, radius) = best;
+        let (center, radius) = ball_around(center_of(&children).map(|x| x as f32), &children);
         if !(radius.is_finite() && center.iter().all(|c| c.is_finite())) {
             return Err(PackError::Range(planned.node));
         }
@@ -105,13 +99,17 @@ fn ball_around(center: [f32; 3], children: &[Child; 2]) -> ([f32; 3], f32) {
     (center, single_up(reach * ROUNDING))
 }
 
-/// The centre of the smallest sphere around two, rounded.
-fn between(a: &Node, b: &Node) -> [f32; 3] {
-    let [ca, cb] = [a, b].map(|n| n.center.map(f64::from));
-    let [ra, rb] = [a, b].map(|n| f64::from(n.radius));
-    let apart = distance(ca, cb);
-    let along = if apart > 0.0 { ((apart + rb - ra) / (2.0 * apart)).clamp(0.0, 1.0) } else { 0.0 };
-    [0, 1, 2].map(|k| (ca[k] + (cb[k] - ca[k]) * along) as f32)
+/// The centre of a small ball around two children.
+fn center_of(children: &[Child; 2]) -> [f64; 3] {
+    let ball = |node: &Node| Ball { center: node.center.map(f64::from), radius: f64::from(node.radius) };
+    let around = match children {
+        [Child::Node(a), Child::Node(b)] => Ball::around(&ball(a), &ball(b)),
+        [Child::Node(node), Child::Face(face)] | [Child::Face(face), Child::Node(node)] => {
+            ball(node).stretched_to(face)
+        }
+        [Child::Face(a), Child::Face(b)] => Ball::of_faces(a, b),
+    };
+    around.center
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {

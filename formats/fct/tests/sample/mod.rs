@@ -171,13 +171,13 @@ impl Sample {
     /// Packs what is plain once more.
     pub(crate) fn pack(&mut self) {
         let plan = Plan::new(&self.plain, self.page_faces).unwrap();
-        let runs: Vec<_> = (0..plan.page_count())
-            .map(|page| plan.pack_pages(&self.plain, page..page + 1).unwrap())
-            .collect();
+        let runs: Vec<_> =
+            (0..plan.page_count()).map(|page| plan.pack_pages(&self.plain, page..page + 1)).collect();
         self.packed = Packed::assemble(&self.plain, &plan, runs).unwrap();
         self.bounding_polygons.clear();
-        for (index, node) in self.packed.decoded(&plan) {
-            let (first, end) = self.ranges[index as usize];
+        let mut decoded = self.packed.decoded(&plan);
+        for (index, &(first, end)) in (0..).zip(&self.ranges) {
+            let node = decoded.node(index).unwrap();
             if end - first >= 8 {
                 let corners = self.plain.faces[first..end].iter().flatten();
                 let points = corners.map(|v| self.plain.positions[*v as usize]);
@@ -185,7 +185,6 @@ impl Sample {
                 self.bounding_polygons.push(polygon);
             }
         }
-        self.bounding_polygons.sort_by_key(|p| p.node.get());
     }
 
     /// Appends the nodes over a range of faces, a node before its descendants.
@@ -201,14 +200,12 @@ impl Sample {
         };
         let (start, stop) = (first as usize, end as usize);
         let cluster = &self.plain.faces[start..stop];
-        let corners: Vec<_> = cluster.iter().flatten().map(|v| self.plain.positions[*v as usize]).collect();
         self.ranges.push((start, stop));
         self.plain.left_faces.push(middle - first);
         self.plain.boundaries.push(boundary_of(cluster));
         self.plain.clusters.push(ClusterData {
             plane: [0.0; 3],
             offset: 0.0,
-            center: bound(&corners, |a, b| (a + b) / 2.0),
             bound: (end - first) as f32,
             budget: (end - first) as f32,
             axis: [0.0, 0.0, 1.0],
