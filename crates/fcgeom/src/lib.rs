@@ -22,6 +22,7 @@ pub mod plane;
 pub mod point_pca;
 pub mod quads;
 pub mod rounding;
+pub mod smallest;
 pub mod sphere;
 pub mod symmetric;
 #[cfg(test)]
@@ -36,5 +37,6 @@ pub use plane::{Plane, tangent_frame};
 pub use point_pca::point_covariance;
 pub use quads::Quads;
 pub use rounding::{round_down, round_up};
+pub use smallest::{smallest_eigenpair, smallest_eigenvalue};
 pub use sphere::Sphere;
-pub use symmetric::{Eigen, SymMat3, eigen, smallest_eigenvalue};
+pub use symmetric::{Eigen, SymMat3, eigen};

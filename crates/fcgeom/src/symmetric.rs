@@ -267,37 +267,6 @@ pub fn eigen(m: &SymMat3) -> Eigen {
     }
 }
 
-/// The smallest eigenvalue of a positive semidefinite matrix, several times faster than [`eigen`] and less exact.
-///
-/// Good to about six digits where it is well below the other two, which is what it is for; never above the true
-/// value by more than rounding, and never negative.
-#[must_use]
-#[inline]
-pub fn smallest_eigenvalue(m: &SymMat3) -> f64 {
-    let minor_x = m.yy * m.zz - m.yz * m.yz;
-    let minor_y = m.xx * m.zz - m.xz * m.xz;
-    let minor_z = m.xx * m.yy - m.xy * m.xy;
-    let trace = m.trace();
-    let minors = minor_x + minor_y + minor_z;
-    let determinant =
-        m.xx * minor_x - m.xy * (m.xy * m.zz - m.yz * m.xz) + m.xz * (m.xy * m.yz - m.yy * m.xz);
-    // Newton from 0 on the characteristic polynomial, which is concave and rising up to its smallest root.
-    let mut root = 0.0_f64;
-    for _ in 0..NEWTON_STEPS {
-        let value = ((trace - root) * root - minors) * root + determinant;
-        let slope = (2.0 * trace - 3.0 * root) * root - minors;
-        let step = value / slope;
-        if step >= 0.0 || step.is_nan() {
-            break;
-        }
-        root -= step;
-    }
-    root
-}
-
-/// Each doubles the digits; for a matrix near the identity, where all roots are close, a third of the way is left.
-const NEWTON_STEPS: usize = 6;
-
 /// Turns the plane of `p` and `q` so that `a[p][q]` vanishes; false if it already did. `k` is the third index.
 fn rotate(a: &mut [[f64; 3]; 3], vectors: &mut [DVec3; 3], p: usize, q: usize, k: usize) -> bool {
     let apq = a[p][q];

@@ -4,7 +4,7 @@ use super::Rule;
 use super::cluster::Cluster;
 use super::queue::Queue;
 use crate::mesh::NONE;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 /// Set on the number of a merge that counts from the first of the same graph.
 pub(super) const LOCAL: u32 = 1 << 31;
@@ -78,7 +78,9 @@ pub(super) struct Graph<'a> {
     edge_to: Vec<u32>,
     /// The cluster that each dead one went into.
     into: Vec<u32>,
-    queue: Queue,
+    /// Edges whose cost was counted before one of their clusters grew. Nearly always it is more by now, so they are not
+    /// counted again before they are first in the queue.
+    stale: Vec<bool>,
     merges: Vec<Merge>,
 }
 
@@ -90,7 +92,7 @@ impl<'a> Graph<'a> {
             next: vec![NONE; 2 * edges.len()],
             edge_to: vec![NONE; clusters.len()],
             into: (0..clusters.len() as u32).collect(),
-            queue: Queue::default(),
+            stale: vec![false; edges.len()],
             merges: Vec::new(),
             clusters,
             edges,
@@ -102,20 +104,26 @@ impl<'a> Graph<'a> {
                 graph.next[link as usize] = std::mem::replace(&mut graph.head[*c as usize], link);
             }
         }
-        let mut queue = Queue::default();
-        queue.fill(graph.edges.iter().map(|e| graph.cost(e)));
-        graph.queue = queue;
         graph
     }
 
     /// Merges until `stop` clusters are left, or none has a neighbour.
     pub(super) fn run(mut self, stop: usize) -> Merged {
+        let mut queue = Queue::new(self.edges.iter().map(|e| self.cost(e)));
         let mut left = self.clusters.len();
         while left > stop
-            && let Some((cost, edge)) = self.queue.first()
+            && let Some((e, cost)) = queue.first()
         {
-            self.merge(edge, cost);
-            left -= 1;
+            let edge = self.edges[e as usize];
+            if edge.clusters[0] == NONE {
+                queue.take();
+            } else if std::mem::take(&mut self.stale[e as usize]) {
+                queue.put_back(self.cost(&edge));
+            } else {
+                queue.take();
+                self.merge(e, cost);
+                left -= 1;
+            }
         }
         self.finish()
     }
@@ -147,18 +155,14 @@ impl<'a> Graph<'a> {
         let parts = [self.clusters[a as usize], self.clusters[b as usize]];
         let mut union = parts[0].union(&parts[1], edge.length);
         union.root = LOCAL | self.merges.len() as u32;
-        let axes = union.axes();
-        let mut normal = axes.vectors[2];
-        if normal.dot(union.normal) < 0.0 {
-            normal = -normal;
-        }
+        let (epsilon, normal) = union.plane();
         self.merges.push(Merge {
             children: parts.map(|p| p.root),
             faces: union.faces,
-            epsilon: axes.values[2].max(0.0) as f32,
+            epsilon: epsilon as f32,
             key: self.rule.key(cost, &union),
             normal: normal.as_vec3(),
-            offset: normal.dot(union.centroid(DVec3::ZERO)) as f32,
+            offset: normal.dot(union.centroid) as f32,
         });
         self.clusters[a as usize] = union;
         self.into[b as usize] = a;
@@ -166,17 +170,15 @@ impl<'a> Graph<'a> {
             let degree = &mut self.degree[v as usize];
             *degree = degree.saturating_sub(1);
         }
-        self.queue.remove(e);
         self.edges[e as usize].clusters = [NONE; 2];
 
         let kept = self.join_edges([a, b]);
         self.head[a as usize] = kept;
         let mut link = kept;
         while link != NONE {
-            let edge = self.edges[link as usize / 2];
-            self.edge_to[edge.clusters[1 - link as usize % 2] as usize] = NONE;
-            let cost = self.cost(&edge);
-            self.queue.set(link / 2, cost);
+            let (f, side) = (link as usize / 2, link as usize % 2);
+            self.edge_to[self.edges[f].clusters[1 - side] as usize] = NONE;
+            self.stale[f] = true;
             link = self.next[link as usize];
         }
     }
@@ -193,7 +195,6 @@ impl<'a> Graph<'a> {
                 let other = self.edges[f].clusters[1 - side];
                 if other == a || other == b {
                     self.edges[f].clusters = [NONE; 2];
-                    self.queue.remove(f as u32);
                 } else if other != NONE {
                     let same = self.edge_to[other as usize];
                     if same == NONE {
@@ -204,7 +205,6 @@ impl<'a> Graph<'a> {
                         let piece = self.edges[f];
                         self.edges[same as usize].absorb(&piece);
                         self.edges[f].clusters = [NONE; 2];
-                        self.queue.remove(f as u32);
                     }
                 }
                 link = following;

@@ -131,7 +131,7 @@ impl Forest {
         edges: Vec<Edge>,
         boundary: &[u8],
     ) -> (Vec<Cluster>, Vec<Edge>) {
-        let order = cells::along_curve(clusters.par_iter().map(|c| c.centroid(DVec3::ZERO)));
+        let order = cells::along_curve(clusters.par_iter().map(|c| c.centroid));
         let mut place = vec![0_u32; order.len()];
         for (i, &c) in order.iter().enumerate() {
             place[c as usize] = i as u32;

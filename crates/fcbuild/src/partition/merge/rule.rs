@@ -15,6 +15,7 @@ pub(crate) enum Rule {
 }
 
 impl Rule {
+    #[inline]
     /// The cost of making `union` of `a` and `b`, not negative; `removed` triangles fewer are drawn then.
     pub(super) fn cost(self, a: &Cluster, b: &Cluster, union: &Cluster, removed: u32) -> f64 {
         let cost = match self {
@@ -50,12 +51,13 @@ impl Rule {
 /// A polygon covers the vector area of its cluster. Where that is the smaller part of the area, as on a finger from
 /// its base to its tip, the plane may fit well and the polygon is a lid on the stump all the same.
 fn lost(c: &Cluster) -> f64 {
-    let bent = c.area / c.normal.length().max(MOST_BENT * c.area);
-    if bent.is_finite() { c.error * bent * bent } else { c.error }
+    let squared = c.area * c.area;
+    let bent = squared / c.normal.length_squared().max(MOST_BENT * squared);
+    if bent.is_finite() { c.error * bent } else { c.error }
 }
 
-/// A closed cluster counts as having this share of its area as vector area.
-const MOST_BENT: f64 = 1e-3;
+/// A closed cluster counts as having a vector area whose square is this share of the square of its area.
+const MOST_BENT: f64 = 1e-6;
 
 /// Where everything is flat, small and compact clusters merge first: the rise counts as if a cluster with a boundary
 /// of length 1 were rough by the root of this. With ties instead, flat clusters get ragged outlines, whose polygons
