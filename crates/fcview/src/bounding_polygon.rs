@@ -1,13 +1,13 @@
-//! Polygons that cover a cluster on screen and lie in front of it, for occlusion queries.
+//! Shapes that enclose a cluster, from which the polygons for occlusion queries are made.
 //!
 //! # Paper
 //! [Tsuji07, 5.3 and fig. 8]: "the polygons enclosing clusters in the image by establishing and expanding the
 //! depth value in front of the cluster".
 //!
 //! # Deviations
-//! The expansion is computed per edge from the eye: the polygon lies in the plane of the prism's near face and
-//! is the shadow of the prism on that plane as seen from the eye, or a little more. No point of the cluster is
-//! nearer than it or beside it, whatever the view, so a hidden polygon proves a hidden cluster.
+//! What is stored with a cluster is the same for every view: a prism around it. For a view the prism's corners are
+//! outlined on screen, see `frame/outline.rs`; no point of the cluster is nearer than that polygon or beside it, so a
+//! hidden polygon proves a hidden cluster.
 
 use glam::{DVec3, DVec4};
 
@@ -35,8 +35,8 @@ pub(crate) const MARGIN_PIXELS: f64 = 1.0 / 16.0;
 /// The same, relative to the cluster's size, for rounding in the stored records.
 const MARGIN_SIZE: f64 = 1e-4;
 
-/// The flattest angle (its sine) at which a polygon may be looked at. Below it a margin of a fraction of a pixel
-/// on screen means a huge one in the plane, so such clusters count as visible.
+/// The nearest that the square before a sphere may be to the eye, as a part of the way to the sphere's centre: nearer it
+/// would be huge.
 const FLATTEST: f64 = 0.01;
 
 /// A prism around a cluster: the points `origin + x t + y b + z n` with `low <= z <= high` and
@@ -71,63 +71,21 @@ impl From<&fct::BoundingPolygon> for Prism {
 }
 
 impl Prism {
-    /// The polygon for an eye, both in the prism's coordinates; `pixel` is the width of a pixel at distance 1.
-    ///
-    /// `None` if there is none that is safe: the eye stands between the planes of the faces, or looks along them,
-    /// or a number is not finite. The cluster then counts as visible.
-    pub fn polygon(&self, eye: DVec3, pixel: f64) -> Option<[DVec3; 8]> {
+    /// The corners of both faces, a hair outside: the cluster lies in their hull, whatever the stored records round.
+    pub fn corners(&self) -> [DVec3; 16] {
         let bitangent = self.normal.cross(self.tangent);
-        let offset = eye - self.origin;
-        let (ex, ey) = (offset.dot(self.tangent), offset.dot(bitangent));
-        let height = offset.dot(self.normal);
-        // Seen from behind, the same in a mirror: heights change sign.
-        let (side, eye_height, near_face, far_face) = if height > self.high {
-            (1.0, height, self.high, self.low)
-        } else if height < self.low {
-            (-1.0, -height, -self.low, -self.high)
-        } else {
-            return None;
-        };
         let breadth = self.support.iter().fold(0.0, |sum: f64, s| sum + s.abs());
-        let size = breadth + (self.high - self.low);
-        let farthest = offset.length() + size;
-        let margin = MARGIN_SIZE * size + MARGIN_PIXELS * pixel * farthest;
-
-        // The polygon's plane; a point at height h is seen through it at the fraction (eye - plane) / (eye - h) of
-        // its way, which runs from `least` at the far face to almost 1 at the near face.
-        let plane = near_face + margin;
-        // Comparisons are kept as what must hold, so that NaN means none.
-        let before_the_plane = eye_height > plane + margin;
-        if !before_the_plane {
-            return None;
+        let margin = MARGIN_SIZE * (breadth + (self.high - self.low));
+        let outline = corners(&self.support.map(|s| s + margin));
+        let mut all = [DVec3::ZERO; 16];
+        for (out, (height, [x, y])) in all.iter_mut().zip(
+            [self.low - margin, self.high + margin]
+                .into_iter()
+                .flat_map(|h| outline.map(|corner| (h, corner))),
+        ) {
+            *out = self.origin + x * self.tangent + y * bitangent + height * self.normal;
         }
-        let least = (eye_height - plane) / (eye_height - far_face);
-        let expand = |slack: f64| {
-            let mut support = [0.0; 8];
-            for ((out, stored), [c, s]) in support.iter_mut().zip(self.support).zip(DIRECTIONS) {
-                let below_eye = ex * c + ey * s;
-                *out = stored.max(below_eye + (stored - below_eye) * least) + slack;
-            }
-            corners(&support)
-        };
-        let place = |corners: [[f64; 2]; 8]| {
-            corners
-                .map(|[x, y]| self.origin + x * self.tangent + y * bitangent + (side * plane) * self.normal)
-        };
-        // A slack in the plane shrinks on screen by the sine of the angle at which the plane is seen.
-        let flattest = |polygon: &[DVec3; 8]| {
-            polygon.iter().fold(1.0_f64, |least, p| least.min((eye_height - plane) / p.distance(eye)))
-        };
-        let tight = place(expand(margin));
-        let sine = flattest(&tight);
-        let steep_enough = sine > 2.0 * FLATTEST;
-        if !steep_enough {
-            return None;
-        }
-        let reach = tight.iter().fold(farthest, |reach, p| reach.max(p.distance(eye)));
-        let polygon = place(expand(margin + MARGIN_PIXELS * pixel * reach / sine));
-        let safe = flattest(&polygon) > FLATTEST && polygon.iter().all(|p| p.is_finite());
-        safe.then_some(polygon)
+        all
     }
 }
 
@@ -241,60 +199,21 @@ mod tests {
     }
 
     #[test]
-    fn the_polygon_covers_and_precedes_the_cluster_and_its_hull() {
+    fn the_corners_enclose_the_cluster_and_little_more() {
         let mut random = Random::new(7);
-        let (mut polygons, mut points_seen) = (0, 0);
-        for _ in 0..4000 {
+        for _ in 0..2000 {
             let (prism, points) = random_prism(&mut random);
-            let distance = 0.2 + 30.0 * random.unit() * random.unit();
-            let eye = prism.origin + distance * random.direction();
-            let Some(polygon) = prism.polygon(eye, 1e-3) else { continue };
-            polygons += 1;
-            for (a, b) in points.iter().zip(points.iter().cycle().skip(5)) {
-                let p = a.lerp(*b, random.unit());
-                points_seen += 1;
-                assert!(covers(&polygon, eye, *a), "{prism:?} eye {eye} corner {a}");
-                assert!(covers(&polygon, eye, p), "{prism:?} eye {eye} point {p}");
+            let corners = prism.corners();
+            let along = random.direction();
+            let reach =
+                |points: &[DVec3]| points.iter().fold(f64::NEG_INFINITY, |far, p| far.max(along.dot(*p)));
+            assert!(reach(&corners) > reach(&points), "{prism:?} along {along}");
+            for (axis, far) in [(prism.normal, prism.high), (-prism.normal, -prism.low)] {
+                let height =
+                    corners.iter().fold(f64::NEG_INFINITY, |far, p| far.max(axis.dot(p - prism.origin)));
+                assert!((far..far + 1e-2).contains(&height), "{height} for {far}");
             }
         }
-        assert!(polygons > 2000 && points_seen > 20_000, "{polygons} polygons");
-    }
-
-    #[test]
-    fn the_polygon_is_not_much_larger_than_the_cluster_seen_from_above() {
-        let mut random = Random::new(8);
-        for _ in 0..200 {
-            let (prism, _) = random_prism(&mut random);
-            let eye = prism.origin + (prism.high + 1e4) * prism.normal;
-            let polygon = prism.polygon(eye, 1e-9).unwrap();
-            let area = |corners: &[DVec3]| {
-                let twice: DVec3 = corners
-                    .iter()
-                    .zip(corners.iter().cycle().skip(1))
-                    .map(|(a, b)| (a - prism.origin).cross(b - prism.origin))
-                    .sum();
-                0.5 * twice.length()
-            };
-            let bitangent = prism.normal.cross(prism.tangent);
-            let exact =
-                corners(&prism.support).map(|[x, y]| prism.origin + x * prism.tangent + y * bitangent);
-            assert!(area(&polygon) < 1.01 * area(&exact));
-        }
-    }
-
-    #[test]
-    fn an_eye_between_the_faces_or_beside_them_has_no_polygon() {
-        let mut random = Random::new(9);
-        let (mut prism, _) = random_prism(&mut random);
-        prism.low = -0.1;
-        prism.high = 0.1;
-        assert_eq!(prism.polygon(prism.origin, 1e-3), None);
-        assert_eq!(prism.polygon(prism.origin + 50.0 * prism.tangent, 1e-3), None);
-        let grazing = prism.origin + 50.0 * prism.tangent + 0.12 * prism.normal;
-        assert_eq!(prism.polygon(grazing, 1e-3), None);
-        assert_eq!(prism.polygon(DVec3::NAN, 1e-3), None);
-        prism.support[3] = f64::NAN;
-        assert_eq!(prism.polygon(prism.origin + 50.0 * prism.normal, 1e-3), None);
     }
 
     #[test]

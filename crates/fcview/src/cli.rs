@@ -65,8 +65,11 @@ pub struct Cli {
     #[arg(long, value_name = "1|4", default_value = "4", value_parser = samples)]
     pub samples: u32,
     /// What colours the surface
-    #[arg(long, value_enum, value_name = "shaded|clusters", default_value_t = ColorFlag::Shaded, hide_possible_values = true)]
+    #[arg(long, value_enum, value_name = "shaded|clusters|depth|level", default_value_t = ColorFlag::Shaded, hide_possible_values = true)]
     pub color: ColorFlag,
+    /// Draw the edges of all triangles too
+    #[arg(long)]
+    pub wireframe: bool,
     /// Vertical field of view, degrees
     #[arg(long, value_name = "DEG", default_value_t = 40.0, allow_negative_numbers = true, value_parser = field_of_view)]
     pub fov: f64,
@@ -110,6 +113,10 @@ pub enum ColorFlag {
     Shaded,
     /// A colour for each cluster.
     Clusters,
+    /// A colour for each distance.
+    Depth,
+    /// A colour for each size of clusters.
+    Level,
 }
 
 /// `--camera`.
@@ -151,7 +158,10 @@ impl Cli {
             color: match self.color {
                 ColorFlag::Shaded => ColorMode::Shaded,
                 ColorFlag::Clusters => ColorMode::Clusters,
+                ColorFlag::Depth => ColorMode::Depth,
+                ColorFlag::Level => ColorMode::Level,
             },
+            wireframe: self.wireframe,
             measure: self.headless,
             ..FrameOptions::default()
         }
@@ -217,7 +227,7 @@ mod tests {
     fn every_flag_means_what_it_says() {
         let cli = parse(
             "a.fct b.fct --instances 7 --seed 9 --no-lod --no-frustum --no-backface --two-sided --occlusion off \
-             --size 64x48 --samples 1 --color clusters --fov 90 --headless --camera fly --frames 3 \
+             --size 64x48 --samples 1 --color clusters --wireframe --fov 90 --headless --camera fly --frames 3 \
              --screenshot x{n}.png --stats s.json",
         )
         .unwrap();
@@ -233,6 +243,7 @@ mod tests {
             two_sided: true,
             occlusion: Occlusion::Off,
             color: ColorMode::Clusters,
+            wireframe: true,
             measure: true,
             ..FrameOptions::default()
         };

@@ -74,7 +74,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
     }
 
     let stats = RunStats {
-        version: 1,
+        version: 2,
         generator: concat!("fcview ", env!("CARGO_PKG_VERSION")).to_owned(),
         adapter,
         models: scene.models.iter().map(model_stats).collect(),
@@ -162,7 +162,10 @@ fn settings(cli: &Cli, scene: &Scene) -> SettingStats {
         color: match cli.color {
             ColorFlag::Shaded => "shaded",
             ColorFlag::Clusters => "clusters",
+            ColorFlag::Depth => "depth",
+            ColorFlag::Level => "level",
         },
+        wireframe: cli.wireframe,
         camera: match &cli.camera {
             CameraFlag::Orbit => "orbit",
             CameraFlag::Fly => "fly",

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use fcview::cli::Cli;
-use fcview::stats::{counted, grouped};
+use fcview::stats::counted;
 use fcview::{Error, headless};
 use std::io::Write;
 use std::process::ExitCode;
@@ -37,11 +37,10 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
     if let Some(last) = outcome.stats.frames.last() {
         let counts = &last.counts;
         lines.push(format!(
-            "{}, median {:.1} ms; the last drew {} of {} ({})",
+            "{}, median {:.1} ms; the last drew {} ({})",
             counted(outcome.stats.frames.len() as u64, "frame"),
             outcome.stats.milliseconds_median,
-            grouped(counts.triangles_drawn),
-            counted(counts.triangles_selected, "selected triangle"),
+            counted(counts.triangles_drawn, "triangle"),
             counted(counts.instances, "instance"),
         ));
     }

@@ -29,6 +29,10 @@ pub enum ColorMode {
     Shaded,
     /// A colour for each cluster of the front, with outlines.
     Clusters,
+    /// Near things warm and bright, far ones dark and blue.
+    Depth,
+    /// From blue for single faces to red for the largest clusters, with outlines: how coarse the cut is where.
+    Level,
 }
 
 /// How a frame is drawn.
@@ -48,19 +52,16 @@ pub struct FrameOptions {
     pub two_sided: bool,
     /// How hidden parts are left out.
     pub occlusion: Occlusion,
-    /// About the number of pieces that a frame is divided into under occlusion culling, each of which takes a query.
-    /// More hide more and cost more; they pay where a frame is slow to draw.
-    ///
-    /// A software driver takes some ten microseconds for a query, in which it draws some twenty to fifty triangles: a
-    /// few hundred queries about save what they cost, and thousands cost more than they save. The default is for such
-    /// a driver, where it neither costs nor saves much. With 32768 queries in 32 rounds about eight to nine tenths of
-    /// the triangles that are hidden go, at three to ten times the time of a frame without culling.
+    /// About the number of pieces that a frame is divided into under occlusion culling, each of which takes a query
+    /// unless its instance is hidden as a whole. More hide more and cost more.
     pub queries: usize,
-    /// Rounds in which a frame is drawn under occlusion culling, nearest pieces first: each asks which of its pieces
-    /// the earlier ones hide. More hide more; each waits for its answers.
+    /// Rounds in which a frame is drawn under occlusion culling, nearest pieces first: each asks which of its instances
+    /// and pieces the earlier ones hide, before they are cut. More hide more; each waits for its answers twice.
     pub rounds: u32,
     /// What colours the surface.
     pub color: ColorMode,
+    /// Draw the edges of all triangles too.
+    pub wireframe: bool,
     /// Choose detail and cull for this camera while another one draws: shows from outside what a view gets.
     pub frozen: Option<Camera>,
     /// Wait for the GPU after each stage, so that the stages' times are true. Costs a little of the total.
@@ -79,9 +80,10 @@ impl Default for FrameOptions {
             backface: true,
             two_sided: false,
             occlusion: Occlusion::Exact,
-            queries: 512,
-            rounds: 4,
+            queries: 1024,
+            rounds: 8,
             color: ColorMode::Shaded,
+            wireframe: false,
             frozen: None,
             measure: false,
             depth: false,

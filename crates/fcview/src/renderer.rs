@@ -1,22 +1,24 @@
 //! The renderer: a scene on a device, frame after frame.
 
 mod census;
+mod geometry;
+mod passes;
 mod rounds;
 
 pub use census::Census;
 
 use crate::camera::{Camera, View};
-use crate::frame::cluster_colors;
-use crate::frame::cut::{CutId, Cuts};
-use crate::frame::order;
-use crate::frame::pieces::{self, Piece};
+use crate::frame::corners::{Paint, PaintColor};
+use crate::frame::meshes::Meshes;
+use crate::frame::pieces::Piece;
+use crate::frame::plan::Plan;
 use crate::gpu::mesh::GpuMesh;
 use crate::gpu::occlusion::OcclusionQueries;
 use crate::gpu::pages::{Pages, Place};
-use crate::gpu::pipelines::{self, ClusterVertex, FrameUniform, InstanceRow, Look, Pipelines, Sides};
+use crate::gpu::pipelines::{self, ClusterVertex, FrameUniform, InstanceRow, Pipelines, Sides};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
-use crate::options::{ColorMode, FrameOptions, Occlusion};
+use crate::options::{ColorMode, FrameOptions};
 use crate::scene::{Instance, Scene};
 use crate::stats::FrameStats;
 use crate::{Error, Gpu, Image};
@@ -35,33 +37,38 @@ pub struct Renderer {
     indices: Pages,
     corners: Pages,
     rows: Pages,
+    /// All faces of the models, by model, for frames that draw them as they are.
+    whole: Vec<Option<Place>>,
+    whole_indices: Pages,
     queries: OcclusionQueries,
-    cuts: Cuts,
-    pieces: Vec<Piece>,
-    /// The pieces of the last frame that the queries removed.
+    cuts: Meshes,
+    /// The last frame's plan, and its pieces that were drawn and that were found hidden.
+    plan: Plan,
+    drawn: Vec<Piece>,
     hidden: Vec<Piece>,
     frames: u32,
 }
 
-/// Where the cuts of a frame lie on the GPU.
-struct Uploaded {
-    /// Places of the shared cuts that are used, by their index.
-    shared: Vec<(usize, Place)>,
-    /// Places of the single cuts.
-    own: Vec<Place>,
-    rows: Place,
-    /// Whether the triangles are unindexed.
-    clusters: bool,
-}
-
-/// What a frame's passes share.
-struct Drawing<'a> {
+/// What a frame's stages share.
+struct Frame<'a> {
     scene: &'a Scene,
     view: &'a View,
-    uploaded: &'a Uploaded,
+    plan: &'a Plan,
+    options: &'a FrameOptions,
+    rows: Place,
     sides: Sides,
-    /// Pieces of fewer triangles are drawn unasked.
-    fewest: u32,
+    /// What is painted on unindexed triangles; none where triangles are indexed.
+    paint: Option<Paint>,
+}
+
+/// A run of triangles of one instance on the GPU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Run {
+    placed: u32,
+    model: usize,
+    place: Place,
+    /// Corners, three a triangle.
+    count: u32,
 }
 
 impl Renderer {
@@ -91,6 +98,8 @@ impl Renderer {
         gpu.check()?;
         Ok(Renderer {
             indices: Pages::new("indices", 4, wgpu::BufferUsages::INDEX),
+            whole: Vec::new(),
+            whole_indices: Pages::new("all faces", 4, wgpu::BufferUsages::INDEX),
             corners: Pages::new("corners", size_of::<ClusterVertex>() as u64, wgpu::BufferUsages::VERTEX),
             rows: Pages::new("instances", size_of::<InstanceRow>() as u64, wgpu::BufferUsages::VERTEX),
             gpu,
@@ -101,8 +110,9 @@ impl Renderer {
             pipelines: None,
             target: None,
             queries: OcclusionQueries::default(),
-            cuts: Cuts::default(),
-            pieces: Vec::new(),
+            cuts: Meshes::default(),
+            plan: Plan::default(),
+            drawn: Vec::new(),
             hidden: Vec::new(),
             frames: 0,
         })
@@ -139,36 +149,23 @@ impl Renderer {
     ) -> Result<FrameStats, Error> {
         let start = Instant::now();
         let mut stats = FrameStats { frame: self.frames, ..FrameStats::default() };
-        let times = &mut stats.milliseconds;
         let view = camera.view(options.size, scene.near(camera.eye))?;
         let chooser = match &options.frozen {
             Some(frozen) => frozen.view(options.size, scene.near(frozen.eye))?,
             None => view,
         };
         self.prepare(options)?;
-
-        self.cuts.make(scene, &chooser, options, &mut stats.counts)?;
+        let plan = Plan::new(scene, &chooser, &view, options, &mut stats.counts);
         let mut clock = start;
-        times.cut = lap(&mut clock);
+        stats.milliseconds.cut += lap(&mut clock);
 
-        let uploaded = self.upload(scene, &view, options)?;
-        self.finish_stage(options, "the upload")?;
-        times.upload = lap(&mut clock);
-
-        let largest = pieces::divide(scene, &view, &self.cuts, options.queries, &mut self.pieces);
-        order::front_to_back(&mut self.pieces);
-        stats.counts.batches = self.pieces.len() as u64;
+        let rows = self.upload_view(scene, &plan, &view, options.color)?;
         let sides = if options.two_sided { Sides::Both } else { Sides::Front };
-        // Leftovers much smaller than the others are drawn sooner than asked about.
-        let drawing = Drawing { scene, view: &view, uploaded: &uploaded, sides, fewest: largest / 4 };
-        let pieces = std::mem::take(&mut self.pieces);
-        self.hidden.clear();
-        let drawn = match options.occlusion {
-            Occlusion::Exact => self.draw_in_rounds(&drawing, &pieces, options, &mut clock, &mut stats),
-            Occlusion::Off => self.draw_pieces(&drawing, &pieces, true, true),
-        };
-        self.pieces = pieces;
-        stats.counts.triangles_drawn = drawn? / 3;
+        let frame = Frame { scene, view: &view, plan: &plan, options, rows, sides, paint: paint(options) };
+        stats.milliseconds.upload += lap(&mut clock);
+        let drawn = self.draw_in_rounds(&frame, &mut clock, &mut stats);
+        self.plan = plan;
+        drawn?;
         self.finish_stage(options, "drawing")?;
         stats.milliseconds.draw += lap(&mut clock);
         stats.milliseconds.total = start.elapsed().as_secs_f64() * 1e3;
@@ -209,7 +206,8 @@ impl Renderer {
 
     /// Forgets what was kept of the scene's cuts; for when the scene's trees change.
     pub fn forget_cuts(&mut self) {
-        self.cuts.clear();
+        self.whole.clear();
+        self.whole_indices.restart(&self.gpu, 0);
     }
 
     /// Makes textures and pipelines for a frame's size and samples, where they are not there yet.
@@ -226,135 +224,27 @@ impl Renderer {
         self.gpu.check()
     }
 
-    /// Hands the cuts, the instances and the view to the GPU.
-    fn upload(&mut self, scene: &Scene, view: &View, options: &FrameOptions) -> Result<Uploaded, Error> {
-        let uniform = frame_uniform(view);
+    /// Hands the view and the instances to the GPU. Returns where the instances lie.
+    fn upload_view(
+        &mut self,
+        scene: &Scene,
+        plan: &Plan,
+        view: &View,
+        color: ColorMode,
+    ) -> Result<Place, Error> {
+        let mut uniform = frame_uniform(view);
+        if color == ColorMode::Depth {
+            uniform.depth = depth_scale(scene, plan, view);
+        }
         self.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
-        let rows: Vec<InstanceRow> = self
-            .cuts
+        let rows: Vec<InstanceRow> = plan
             .placed
             .iter()
             .filter_map(|placed| scene.instances.get(placed.instance))
             .map(|instance| instance_row(scene, instance, view.eye))
             .collect();
         self.rows.restart(&self.gpu, size_of_val(rows.as_slice()) as u64);
-        let rows = self.rows.push(&self.gpu, "the scene", bytemuck::cast_slice(&rows))?;
-
-        let clusters = options.color == ColorMode::Clusters;
-        let indices: usize = self.cuts.used().map(|(_, slot)| slot.extraction.indices.len()).sum();
-        let stride = if clusters { size_of::<ClusterVertex>() } else { 4 };
-        let pages = if clusters { &mut self.corners } else { &mut self.indices };
-        pages.restart(&self.gpu, indices as u64 * stride as u64);
-        let mut uploaded = Uploaded { shared: Vec::new(), own: Vec::new(), rows, clusters };
-        for (id, slot) in self.cuts.used() {
-            let place = match scene.models.get(slot.model) {
-                Some(model) if clusters => {
-                    let corners = cluster_colors::corners(&model.tree, slot);
-                    pages.push(&self.gpu, &model.name, bytemuck::cast_slice(&corners))?
-                }
-                Some(model) => {
-                    pages.push(&self.gpu, &model.name, bytemuck::cast_slice(&slot.extraction.indices))?
-                }
-                None => Place::default(),
-            };
-            match id {
-                CutId::Shared(index) => uploaded.shared.push((index, place)),
-                CutId::Own(_) => uploaded.own.push(place),
-            }
-        }
-        Ok(uploaded)
-    }
-
-    /// Draws pieces in their order. Returns the number of indices drawn.
-    fn draw_pieces(
-        &self,
-        drawing: &Drawing<'_>,
-        pieces: &[Piece],
-        first: bool,
-        last: bool,
-    ) -> Result<u64, Error> {
-        let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else { return Ok(0) };
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let mut drawn = 0;
-        {
-            let mut pass = target.begin(&mut encoder, "surface", first, last);
-            if first {
-                pass.set_pipeline(&pipelines.background);
-                pass.draw(0..3, 0..1);
-            }
-            pass.set_bind_group(0, &self.bind_group, &[]);
-            let mut state = (None, usize::MAX, usize::MAX);
-            let mut pieces = pieces.iter().peekable();
-            while let Some(piece) = pieces.next() {
-                // Neighbours in the cut that are neighbours in the order are one draw.
-                let mut count = piece.index_count;
-                while let Some(next) = pieces.next_if(|next| {
-                    (next.placed, next.cut) == (piece.placed, piece.cut)
-                        && next.first_index == piece.first_index + count
-                }) {
-                    count += next.index_count;
-                }
-                self.set_state(&mut pass, pipelines, drawing, piece, &mut state);
-                let Some(place) = drawing.uploaded.place(piece.cut) else { continue };
-                let start = place.first + piece.first_index;
-                let row = drawing.uploaded.rows.first + piece.placed;
-                if drawing.uploaded.clusters {
-                    pass.draw(start..start + count, row..row + 1);
-                } else {
-                    pass.draw_indexed(start..start + count, 0, row..row + 1);
-                }
-                drawn += u64::from(count);
-            }
-        }
-        self.gpu.queue.submit([encoder.finish()]);
-        Ok(drawn)
-    }
-
-    /// Sets pipeline and buffers for a piece, where they differ from the last one's.
-    fn set_state(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        pipelines: &Pipelines,
-        drawing: &Drawing<'_>,
-        piece: &Piece,
-        state: &mut (Option<Look>, usize, usize),
-    ) {
-        let (Some(slot), Some(place)) = (self.cuts.slot(piece.cut), drawing.uploaded.place(piece.cut)) else {
-            return;
-        };
-        let Some(mesh) = self.meshes.get(slot.model) else { return };
-        let look = match (drawing.uploaded.clusters, mesh.has_normals) {
-            (true, _) => Look::Clusters,
-            (false, true) => Look::Smooth,
-            (false, false) => Look::Flat,
-        };
-        if state.0 != Some(look) {
-            if let Some(pipeline) = pipelines.surface(look, drawing.sides) {
-                pass.set_pipeline(pipeline);
-            }
-            if let Some(rows) = self.rows.buffer(drawing.uploaded.rows.page) {
-                pass.set_vertex_buffer(0, rows.slice(..));
-            }
-        }
-        if look == Look::Clusters {
-            if state.2 != place.page
-                && let Some(corners) = self.corners.buffer(place.page)
-            {
-                pass.set_vertex_buffer(1, corners.slice(..));
-            }
-        } else {
-            if state.1 != slot.model {
-                pass.set_vertex_buffer(1, mesh.positions.slice(..));
-                pass.set_vertex_buffer(2, mesh.normals.slice(..));
-                pass.set_vertex_buffer(3, mesh.colors.slice(..));
-            }
-            if state.2 != place.page
-                && let Some(indices) = self.indices.buffer(place.page)
-            {
-                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-            }
-        }
-        *state = (Some(look), slot.model, place.page);
+        self.rows.push(&self.gpu, "the scene", &[bytemuck::cast_slice(&rows)])
     }
 
     /// Waits for the GPU where times are to be true.
@@ -363,13 +253,15 @@ impl Renderer {
     }
 }
 
-impl Uploaded {
-    fn place(&self, cut: CutId) -> Option<Place> {
-        match cut {
-            CutId::Own(index) => self.own.get(index).copied(),
-            CutId::Shared(index) => self.shared.iter().find(|(i, _)| *i == index).map(|(_, place)| *place),
-        }
-    }
+/// What a frame's options paint, if that takes unindexed triangles.
+fn paint(options: &FrameOptions) -> Option<Paint> {
+    let color = match options.color {
+        ColorMode::Shaded | ColorMode::Depth => PaintColor::Model,
+        ColorMode::Clusters => PaintColor::Cluster,
+        ColorMode::Level => PaintColor::Level,
+    };
+    let plain = color == PaintColor::Model && !options.wireframe;
+    (!plain).then_some(Paint { color, wireframe: options.wireframe })
 }
 
 /// Milliseconds since the last lap.
@@ -391,7 +283,24 @@ fn frame_uniform(view: &View) -> FrameUniform {
         key: direction(-0.55, 0.70, 0.60),
         fill: direction(0.85, -0.05, 0.45),
         rim: direction(0.45, 0.55, -0.75),
+        depth: [0.0; 4],
     }
+}
+
+/// What colours distances: the logarithm of the nearest in sight, one over its difference to that of the farthest, and
+/// that distances are coloured at all.
+fn depth_scale(scene: &Scene, plan: &Plan, view: &View) -> [f32; 4] {
+    let (mut near, mut far) = (f64::INFINITY, view.near);
+    for placed in &plan.placed {
+        let sphere = scene.instances.get(placed.instance).and_then(|instance| scene.sphere(instance));
+        let Some((center, radius)) = sphere else { continue };
+        let distance = center.distance(view.eye);
+        near = near.min((distance - radius).max(0.25 * radius));
+        far = far.max(distance + radius);
+    }
+    let near = near.clamp(view.near, far);
+    let span = (far / near).log2().max(1e-3);
+    [near.log2() as f32, (1.0 / span) as f32, 1.0, 0.0]
 }
 
 /// An instance as the shaders read it: relative to the eye, so that 32 bits are enough.

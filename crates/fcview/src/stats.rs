@@ -8,15 +8,15 @@ use serde::Serialize;
 /// stages are true; without, GPU time shows in whichever stage waits next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Milliseconds {
-    /// Choosing the clusters and triangulating them, all instances in parallel.
+    /// Planning the frame, dividing instances into pieces, and cutting those that show, in parallel.
     pub cut: f64,
     /// Handing the triangles to the GPU.
     pub upload: f64,
-    /// Sorting, and drawing the nearest part, which hides the rest.
+    /// Drawing the nearest part, which hides the rest.
     pub occluders: f64,
     /// Occlusion queries, with the wait for their answers.
     pub queries: f64,
-    /// Drawing what is left.
+    /// Drawing what is left of the rest.
     pub draw: f64,
     /// The whole frame, without reading the picture back.
     pub total: f64,
@@ -39,16 +39,29 @@ pub struct Counts {
     pub clusters: u64,
     /// Triangles of the cut that face against their cluster.
     pub triangles_folded: u64,
-    /// Pieces that occlusion queries decide about.
+    /// Pieces into which the instances that may show were divided; each is asked about, cut and drawn as one.
     pub batches: u64,
     /// Occlusion queries made.
     pub queries: u64,
-    /// Pieces that the queries found hidden.
+    /// Instances and pieces that the queries found hidden; they are not cut.
     pub batches_culled_occlusion: u64,
-    /// Triangles after frustum and cone culling.
-    pub triangles_selected: u64,
-    /// Triangles drawn: those selected less those hidden.
+    /// Instances among them.
+    pub instances_hidden: u64,
+    /// Faces of the input below the hidden instances and pieces.
+    pub faces_hidden: u64,
+    /// Triangles cut and drawn.
     pub triangles_drawn: u64,
+}
+
+impl Counts {
+    /// Adds what a walk or a cut counted.
+    pub(crate) fn add(&mut self, stats: &fcextract::Stats) {
+        self.nodes_visited += stats.nodes_visited;
+        self.nodes_culled_frustum += stats.culled_frustum;
+        self.nodes_culled_cone += stats.culled_cone;
+        self.clusters += stats.clusters;
+        self.triangles_folded += stats.folded;
+    }
 }
 
 /// Counts and times of a frame.
@@ -120,8 +133,10 @@ pub struct SettingStats {
     pub two_sided: bool,
     /// `--occlusion`: `exact` or `off`.
     pub occlusion: &'static str,
-    /// `--color`: `shaded` or `clusters`.
+    /// `--color`: `shaded`, `clusters`, `depth` or `level`.
     pub color: &'static str,
+    /// `--wireframe` is on.
+    pub wireframe: bool,
     /// `--camera`: `orbit`, `fly` or `path`.
     pub camera: &'static str,
     /// The file of the path; absent without one.
@@ -140,7 +155,7 @@ pub struct SettingStats {
 /// The whole document. Keys are only ever added; `version` rises if one changes its meaning.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunStats {
-    /// Version of this document: 1.
+    /// Version of this document: 2.
     pub version: u32,
     /// The program and its version.
     pub generator: String,

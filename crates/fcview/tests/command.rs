@@ -45,7 +45,7 @@ fn pictures_and_stats_are_written() {
     }
     let text = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
     let stats: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(stats["version"], 1);
+    assert_eq!(stats["version"], 2);
     assert_eq!(stats["settings"]["seed"], 1);
     assert_eq!(stats["models"][0]["faces"], 2 * 48 * 24);
     assert_eq!(stats["frames"].as_array().unwrap().len(), 3);
@@ -56,8 +56,7 @@ fn pictures_and_stats_are_written() {
         }
         let counts = &frame["counts"];
         assert_eq!(counts["instances"], 4);
-        let drawn = counts["triangles_drawn"].as_u64().unwrap();
-        assert!(drawn > 0 && drawn <= counts["triangles_selected"].as_u64().unwrap());
+        assert!(counts["triangles_drawn"].as_u64().unwrap() > 0);
     }
     assert!(!stats["adapter"]["name"].as_str().unwrap().is_empty());
 }
@@ -172,7 +171,7 @@ fn several_files_stand_where_they_are_and_each_is_shown() {
     assert_eq!(together["settings"]["frames"], 1);
     assert_eq!(together["settings"]["two_sided"], false);
     // Twins in one place are seen as one alone is, so each has the same cut.
-    let selected = |stats: &serde_json::Value| stats["frames"][0]["counts"]["triangles_selected"].as_u64();
+    let selected = |stats: &serde_json::Value| stats["frames"][0]["counts"]["triangles_drawn"].as_u64();
     assert_eq!(selected(&together), selected(&stats("torus.fct")).map(|alone| 2 * alone));
     assert_eq!(stats("torus.fct twin.fct --instances 1")["settings"]["instances"], 2);
 }

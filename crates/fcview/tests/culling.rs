@@ -17,6 +17,7 @@ const EVERYTHING: FrameOptions = FrameOptions {
     queries: 4096,
     rounds: 4,
     color: ColorMode::Shaded,
+    wireframe: false,
     frozen: None,
     measure: false,
     depth: true,

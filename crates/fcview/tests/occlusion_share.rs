@@ -64,22 +64,27 @@ fn queries_remove_seven_tenths_of_what_a_test_of_every_triangle_would() {
             let culled = renderer.image(true).unwrap();
             let off = FrameOptions { occlusion: Occlusion::Off, depth: true, ..on };
             let (whole, plain) = renderer.render(&scene, &camera, &off).unwrap();
+            let usual = FrameOptions { size: fine.size, detail, ..FrameOptions::default() };
+            let (few, _) = renderer.census(&scene, &camera, &usual).unwrap();
+            let usual = few.removed as f64 / few.oracle().max(1) as f64;
             let share = census.removed as f64 / census.oracle().max(1) as f64;
             println!(
-                "{level}, {view}: {:.1} % of {} hidden removed, of {} that cover a pixel, of {}; {} queries, {:.0} ms, without {:.0} ms",
+                "{level}, {view}: {:.1} % ({:.1} % as usual) of {} hidden removed, of {} that cover a pixel, of {}; {} queries, {:.0} ms, without {:.0} ms",
                 100.0 * share,
+                100.0 * usual,
                 census.oracle(),
                 census.covering,
-                stats.counts.triangles_selected,
+                plain.counts.triangles_drawn,
                 stats.counts.queries,
                 stats.milliseconds.total,
                 plain.milliseconds.total,
             );
             assert!(census.oracle() > 1000, "{level}, {view}: too little is hidden to tell");
-            assert_eq!(census.wrong, 0, "{level}, {view}: triangles that show were removed");
+            assert_eq!(census.wrong + few.wrong, 0, "{level}, {view}: triangles that show were removed");
             assert_eq!(culled.differing_pixels(&whole), Some(0), "{level}, {view}: the pictures differ");
             assert_eq!(culled.depth, whole.depth, "{level}, {view}: the depths differ");
-            assert!(share >= 0.72, "{level}, {view}: the queries remove {share:.2} of what is hidden");
+            assert!(usual >= 0.15, "{level}, {view}: with the usual options the queries remove {usual:.2}");
+            assert!(share >= 0.70, "{level}, {view}: the queries remove {share:.2} of what is hidden");
         }
     }
 }

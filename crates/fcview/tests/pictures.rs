@@ -26,7 +26,7 @@ fn depth_is_the_near_distance_over_the_distance_along_the_axis() {
     let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.8).unwrap();
     let (image, stats) = renderer.render(&scene, &camera, &options()).unwrap();
-    assert_eq!((stats.counts.triangles_drawn, stats.counts.triangles_selected), (2, 2));
+    assert_eq!(stats.counts.triangles_drawn, 2);
     let depth = image.depth.unwrap();
     let near = scene.near(camera.eye);
     let middle = f64::from(depth[60 * 160 + 80]);

@@ -1,9 +1,9 @@
-//! One frame, stage by stage: cut every instance, order the pieces front to back, draw the nearest, then round by
-//! round ask which of the next ones they hide and draw the others.
+//! One frame, stage by stage: say what each instance in sight shows, then round by round ask which whole instances the
+//! nearer ones hide, divide the others into pieces, ask about those, and cut and draw what is left.
 
-pub(crate) mod cluster_colors;
-pub(crate) mod cut;
-pub(crate) mod order;
+pub(crate) mod corners;
+pub(crate) mod meshes;
 pub(crate) mod outline;
 pub(crate) mod pieces;
+pub(crate) mod plan;
 pub(crate) mod questions;

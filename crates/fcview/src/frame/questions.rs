@@ -1,8 +1,8 @@
-//! By which polygon a piece is asked about.
+//! By which polygon a piece, or a whole instance, is asked about before it is cut.
 
-use super::cut::Cuts;
 use super::outline::{Octagon, Screen};
 use super::pieces::{Piece, sphere};
+use super::plan::Plan;
 use crate::bounding_polygon::{Prism, sphere_polygon, to_clip};
 use crate::camera::View;
 use crate::gpu::occlusion::PolygonList;
@@ -10,10 +10,6 @@ use crate::scene::{Instance, Scene};
 use fct::Child;
 use glam::DVec3;
 use rayon::prelude::*;
-
-/// Pieces of at most this many triangles are outlined corner by corner; larger ones by what the tree stores, which
-/// costs the same for any number of triangles.
-const MOST_CORNERS: u32 = 128;
 
 /// The polygon of a piece in clip space.
 #[derive(Clone, Copy, Debug)]
@@ -32,23 +28,20 @@ impl Question {
     }
 }
 
-/// A question about each piece, or none where no polygon is safe or the piece has fewer than `fewest` triangles; it
-/// then counts as visible.
-pub(crate) fn questions(
-    scene: &Scene,
-    view: &View,
-    cuts: &Cuts,
-    pieces: &[Piece],
-    fewest: u32,
-) -> Vec<Option<Question>> {
-    let places: Vec<_> = cuts.placed.iter().map(|placed| Place::new(scene, view, placed.instance)).collect();
-    let ask = |scratch: &mut Vec<DVec3>, piece: &Piece| {
-        if piece.index_count < 3 * fewest {
-            return None;
-        }
-        places.get(piece.placed as usize)?.as_ref()?.question(view, cuts, piece, scratch)
+/// A question about each piece, or none where no polygon is safe; the piece then counts as visible.
+pub(crate) fn questions(scene: &Scene, view: &View, plan: &Plan, pieces: &[Piece]) -> Vec<Option<Question>> {
+    let places: Vec<_> = plan.placed.iter().map(|placed| Place::new(scene, view, placed.instance)).collect();
+    let ask = |scratch: &mut Scratch, piece: &Piece| {
+        places.get(piece.placed as usize)?.as_ref()?.question(view, piece, scratch)
     };
-    pieces.par_iter().map_init(Vec::new, ask).collect()
+    pieces.par_iter().map_init(Scratch::default, ask).collect()
+}
+
+#[derive(Default)]
+struct Scratch {
+    points: Vec<DVec3>,
+    projected: Vec<DVec3>,
+    stack: Vec<fct::Subtree>,
 }
 
 /// An instance and what its pieces share.
@@ -68,38 +61,53 @@ impl<'a> Place<'a> {
         Some(Place { tree, instance, eye: instance.to_model(view.eye), screen })
     }
 
-    fn question(
-        &self,
-        view: &View,
-        cuts: &Cuts,
-        piece: &Piece,
-        scratch: &mut Vec<DVec3>,
-    ) -> Option<Question> {
+    fn question(&self, view: &View, piece: &Piece, scratch: &mut Scratch) -> Option<Question> {
         let tree = self.tree;
-        if piece.index_count <= 3 * MOST_CORNERS {
-            let start = piece.first_index as usize;
-            let indices = &cuts.slot(piece.cut)?.extraction.indices;
-            let corners = indices.get(start..start + piece.index_count as usize)?.iter().map(|v| {
-                let vertex = tree.vertices().get(*v as usize);
-                vertex.map_or(DVec3::NAN, |v| DVec3::from_array(v.position().map(f64::from)))
-            });
-            return self.screen.octagon(corners, scratch).map(Question::Octagon);
+        let subtree = &piece.part.subtree;
+        scratch.points.clear();
+        self.outline(subtree, scratch)?;
+        if let Some(octagon) = self.screen.octagon(scratch.points.iter().copied(), &mut scratch.projected) {
+            return Some(Question::Octagon(octagon));
         }
-        let eye = self.eye;
-        let from_eye = |p: DVec3| self.instance.rotation * ((p - eye) * self.instance.scale);
-        let polygon = match piece.subtree.child.kind() {
-            Child::Node(node) => tree.bounding_polygon_of(node).and_then(|place| {
-                let node = tree.node(&piece.subtree).ok()?;
-                tree.bounding_polygon(place, &node)
-            }),
-            Child::Face(_) => None,
-        };
-        let octagon = polygon.and_then(|polygon| Prism::from(&polygon).polygon(eye, view.pixel));
-        if let Some(clip) = octagon.and_then(|corners| to_clip(&corners.map(from_eye), view)) {
-            return Some(Question::Octagon(clip));
-        }
-        let (center, radius) = sphere(tree, &piece.subtree);
-        let square = sphere_polygon(center, radius, eye, view.pixel)?;
+        let from_eye = |p: DVec3| self.instance.rotation * ((p - self.eye) * self.instance.scale);
+        let (center, radius) = sphere(tree, subtree);
+        let square = sphere_polygon(center, radius, self.eye, view.pixel)?;
         Some(Question::Square(to_clip(&square.map(from_eye), view)?))
     }
+
+    /// Collects points in whose hull all lies that is drawn of a subtree, whatever its detail: the corners of its stored
+    /// prism, or, tighter, of its faces where they are few.
+    fn outline(&self, subtree: &fct::Subtree, scratch: &mut Scratch) -> Option<()> {
+        let reader = self.tree.reader();
+        if subtree.face_count() > MOST_FACES
+            && let Child::Node(node) = subtree.child.kind()
+            && let Some(place) = self.tree.bounding_polygon_of(node)
+        {
+            // What is drawn of a cluster has its corners in the cluster, so it lies in the cluster's prism.
+            let polygon = self.tree.bounding_polygon(place, &reader.node(subtree).ok()?)?;
+            scratch.points.extend(Prism::from(&polygon).corners());
+            return Some(());
+        }
+        if subtree.face_count() > MOST_FACES {
+            return Some(());
+        }
+        scratch.stack.clear();
+        scratch.stack.push(*subtree);
+        while let Some(subtree) = scratch.stack.pop() {
+            match subtree.child.kind() {
+                Child::Node(_) => scratch.stack.extend(reader.children(&subtree).ok()?),
+                Child::Face(_) => {
+                    for vertex in reader.face(&subtree).ok()? {
+                        let place = reader.vertices().get(vertex as usize)?.position();
+                        scratch.points.push(DVec3::from_array(place.map(f64::from)));
+                    }
+                }
+            }
+        }
+        Some(())
+    }
 }
+
+/// Subtrees of at most this many faces are outlined corner by corner, which is tight and takes a few microseconds. Larger
+/// ones are outlined by the polygons that files store from 64 faces on, or asked about by their spheres.
+const MOST_FACES: u32 = 128;

@@ -12,7 +12,7 @@ pub(crate) struct GpuMesh {
 }
 
 /// The colour of models that store none: pale clay, sRGB.
-const CLAY: [u8; 4] = [196, 186, 172, 255];
+pub(crate) const CLAY: [u8; 4] = [196, 186, 172, 255];
 
 /// Vertices converted and handed to the driver at a time: large enough to keep the calls few, small enough to
 /// keep the copies in the cache.

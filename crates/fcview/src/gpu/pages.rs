@@ -55,19 +55,19 @@ impl Pages {
         }
     }
 
-    /// Copies elements into a page with room for all of them.
+    /// Copies elements, some slices of them one after the other, into a page with room for all of them.
     ///
     /// # Errors
     /// [`Error::BufferSize`] if no buffer of the adapter can hold them in one piece.
-    pub(crate) fn push(&mut self, gpu: &Gpu, what: &str, data: &[u8]) -> Result<Place, Error> {
-        let bytes = data.len() as u64;
+    pub(crate) fn push(&mut self, gpu: &Gpu, what: &str, data: &[&[u8]]) -> Result<Place, Error> {
+        let bytes: u64 = data.iter().map(|slice| slice.len() as u64).sum();
         let limit = self.limit(gpu);
         if bytes > limit {
             return Err(Error::BufferSize {
-                what: format!("{what}: the cut for one instance"),
+                what: format!("{what}: its triangles"),
                 bytes,
                 limit,
-                remedy: "draw a coarser cut with --pixels",
+                remedy: "draw fewer with --pixels or --triangles",
             });
         }
         let fits = |page: &Page| page.buffer.size() - page.used >= bytes;
@@ -79,12 +79,23 @@ impl Pages {
             }
         };
         let Some(page) = self.pages.get_mut(number) else { return Ok(Place::default()) };
-        if bytes > 0 {
-            gpu.queue.write_buffer(&page.buffer, page.used, data);
-        }
         let place = Place { page: number, first: (page.used / self.stride) as u32 };
+        if let Some(size) = wgpu::BufferSize::new(bytes)
+            && let Some(mut view) = gpu.queue.write_buffer_with(&page.buffer, page.used, size)
+        {
+            let mut start = 0;
+            for slice in data {
+                view.slice(start..start + slice.len()).copy_from_slice(slice);
+                start += slice.len();
+            }
+        }
         page.used += bytes;
         Ok(place)
+    }
+
+    /// Bytes in use.
+    pub(crate) fn used(&self) -> u64 {
+        self.pages.iter().map(|page| page.used).sum()
     }
 
     /// The buffer of a page.

@@ -11,6 +11,8 @@ pub(crate) struct FrameUniform {
     pub(crate) key: [f32; 4],
     pub(crate) fill: [f32; 4],
     pub(crate) rim: [f32; 4],
+    /// How distances are coloured: where the scale begins, how much it grows, and whether they are; see `frame.wgsl`.
+    pub(crate) depth: [f32; 4],
 }
 
 /// One placed copy of a model, as `frame.wgsl` reads it; 64 bytes.
@@ -48,8 +50,8 @@ pub(crate) enum Look {
     Smooth,
     /// Indexed triangles lit by the triangles' own normals.
     Flat,
-    /// Unindexed triangles coloured by cluster.
-    Clusters,
+    /// Unindexed triangles with colours and outlines of their own.
+    Painted,
 }
 
 /// All pipelines for one sample count.
@@ -136,16 +138,16 @@ impl Pipelines {
 
         let make = |recipe: Recipe<'_>| recipe.build(device, samples);
         let mut surfaces = Vec::new();
-        for look in [Look::Smooth, Look::Flat, Look::Clusters] {
+        for look in [Look::Smooth, Look::Flat, Look::Painted] {
             for sides in [Sides::Front, Sides::Both] {
                 let (module, buffers): (_, &[_]) = match look {
                     Look::Smooth | Look::Flat => (&surface, &surface_layouts),
-                    Look::Clusters => (&clusters, &cluster_layouts),
+                    Look::Painted => (&clusters, &cluster_layouts),
                 };
                 let constants: &[(&str, f64)] = match look {
                     Look::Smooth => &[("has_normals", 1.0)],
                     Look::Flat => &[("has_normals", 0.0)],
-                    Look::Clusters => &[],
+                    Look::Painted => &[],
                 };
                 let pipeline = make(Recipe {
                     label: "surface",

@@ -2,7 +2,7 @@
 
 use super::{Renderer, instance_row};
 use crate::camera::Camera;
-use crate::frame::cut::CutId;
+use crate::frame::pieces::{self, Piece};
 use crate::gpu::census::{CORNER_BYTES, CensusPipelines, NUMBER_FORMAT};
 use crate::gpu::pipelines::{InstanceRow, Sides};
 use crate::gpu::readback;
@@ -58,33 +58,38 @@ impl Renderer {
         options: &FrameOptions,
     ) -> Result<(Census, FrameStats), Error> {
         let stats = self.draw(scene, camera, options)?;
-        let mut rows = Vec::new();
+        let rows: Vec<InstanceRow> = self
+            .plan
+            .placed
+            .iter()
+            .filter_map(|placed| scene.instances.get(placed.instance))
+            .map(|instance| instance_row(scene, instance, camera.eye))
+            .collect();
         let mut corners = Vec::new();
         let mut ranges = Vec::new();
         let mut removed = Vec::new();
-        for (number, placed) in self.cuts.placed.iter().enumerate() {
-            let (Some(instance), Some(slot)) =
-                (scene.instances.get(placed.instance), self.cuts.slot(placed.cut))
-            else {
-                continue;
-            };
-            let Some(model) = scene.models.get(slot.model) else { continue };
+        let mut mesh = fcextract::Extraction::default();
+        // In the order in which the frame draws them: of two triangles at one depth the first shows.
+        let mut pieces: Vec<(Piece, bool)> = self.drawn.iter().map(|piece| (*piece, false)).collect();
+        for hidden in &self.hidden {
+            let divided = pieces::divide(scene, &self.plan, &[*hidden], &mut fcextract::Stats::default())?;
+            pieces.extend(divided.into_iter().map(|piece| (piece, true)));
+        }
+        pieces.sort_by_key(|(piece, _)| piece.rank());
+        for (piece, hidden) in pieces {
+            let Some(placed) = self.plan.placed.get(piece.placed as usize) else { continue };
+            let Some(model) = scene.models.get(placed.model) else { continue };
+            mesh.clear();
+            mesh.append(&model.tree, &placed.selection, &piece.part)
+                .map_err(|source| Error::Extract { model: model.name.clone(), source })?;
             let start = corners.len() as u32;
-            for (triangle, index) in slot.extraction.indices.iter().enumerate().map(|(i, v)| (i / 3, v)) {
+            for (triangle, index) in mesh.indices.iter().enumerate().map(|(i, v)| (i / 3, v)) {
                 let vertex = model.tree.vertices().get(*index as usize);
                 let position = vertex.map_or([f32::NAN; 3], |v| v.position());
                 corners.push(Corner { position, number: start / 3 + triangle as u32 });
             }
-            ranges.push((start..corners.len() as u32, rows.len() as u32));
-            rows.push(instance_row(scene, instance, camera.eye));
-            removed.resize(corners.len() / 3, false);
-            let gone = |cut: CutId, of: u32| cut == placed.cut && of as usize == number;
-            for piece in self.hidden.iter().filter(|piece| gone(piece.cut, piece.placed)) {
-                let first = (start + piece.first_index) as usize / 3;
-                for flag in removed.iter_mut().skip(first).take(piece.index_count as usize / 3) {
-                    *flag = true;
-                }
-            }
+            ranges.push((start..corners.len() as u32, piece.placed));
+            removed.resize(corners.len() / 3, hidden);
         }
         let sides = if options.two_sided { Sides::Both } else { Sides::Front };
         let passes = Passes::new(&self.gpu, options.size, &rows, &corners)?;

@@ -1,116 +1,138 @@
-//! Drawing front to back, and leaving out what is hidden by what is drawn.
+//! Drawing front to back, and leaving out what is hidden by what is drawn, before it is cut.
 //!
-//! Every piece is asked about once, just before its turn, so that all that is drawn before it may hide it; pieces of
-//! one round do not hide one another.
+//! A frame is drawn in rounds. Each takes the instances and pieces that begin nearer than some distance. Instances are
+//! asked about as a whole; those that show are divided into pieces, which are asked about in their turn; those of them
+//! that show are cut, uploaded and drawn, and may hide what the next round asks about. Nothing is known from earlier
+//! frames, so a jump of the camera costs nothing.
 //!
 //! # Paper
 //! [Tsuji07, 5.3]: clusters that nearer ones hide are found by occlusion queries and not drawn.
 
-use super::{Drawing, Renderer, lap};
+use super::{Frame, Renderer, lap};
 use crate::Error;
-use crate::frame::order;
-use crate::frame::pieces::Piece;
+use crate::frame::pieces::{self, Piece};
 use crate::frame::questions::questions;
 use crate::gpu::occlusion::PolygonList;
-use crate::options::FrameOptions;
+use crate::options::Occlusion;
 use crate::stats::FrameStats;
 use std::time::Instant;
 
-/// The part of the triangles asked about that must have been hidden for the asking to go on, once it has had its
-/// chance with a quarter of the frame. More gives up on pictures where little is hidden, but some.
-const LEAST_YIELD: f64 = 0.04;
-
 impl Renderer {
-    /// Draws the nearest pieces, then asks round by round which of the next ones show, and draws those. Returns the
-    /// number of indices drawn.
+    /// Draws a frame.
     pub(super) fn draw_in_rounds(
         &mut self,
-        drawing: &Drawing<'_>,
-        pieces: &[Piece],
-        options: &FrameOptions,
+        frame: &Frame<'_>,
         clock: &mut Instant,
         stats: &mut FrameStats,
-    ) -> Result<u64, Error> {
-        let total = order::indices(pieces);
-        let rounds = options.rounds.max(1);
-        let mut left = pieces;
-        let (mut drawn, mut asked_about, mut hidden) = (0, 0, 0);
+    ) -> Result<(), Error> {
+        self.begin_geometry();
+        self.hidden.clear();
+        self.drawn.clear();
+        let rounds = match frame.options.occlusion {
+            Occlusion::Exact => frame.options.rounds.max(1),
+            Occlusion::Off => 1,
+        };
+        let mut waiting = frame.plan.whole(frame.scene);
         for round in 0..rounds {
-            let first = round == 0;
-            let last = round + 1 == rounds;
-            let count =
-                if last { left.len() } else { order::leading(left, share_of_round(round, rounds, total)) };
-            let (next, rest) = left.split_at_checked(count).unwrap_or((left, &[]));
-            left = rest;
-            let pays = asked_about < total / 4 || hidden as f64 >= LEAST_YIELD * asked_about as f64;
-            if first || !pays {
-                drawn += self.draw_pieces(drawing, next, first, last)?;
-            } else {
-                let (shown, queries) = self.shown(drawing, next)?;
-                asked_about += order::indices(next);
-                hidden += order::indices(next) - order::indices(&shown);
-                stats.counts.queries += queries;
-                stats.counts.batches_culled_occlusion += (next.len() - shown.len()) as u64;
+            let (first, last) = (round == 0, round + 1 == rounds);
+            pieces::front_to_back(&mut waiting);
+            let end = if last { i32::MAX } else { end_of_round(round, rounds, &waiting) };
+            let mut now = self.due(frame, &mut waiting, end, !first, clock, stats)?;
+            pieces::front_to_back(&mut now);
+            stats.counts.batches += now.len() as u64;
+            if !first {
+                now = self.shown(frame, now, stats)?;
                 stats.milliseconds.queries += lap(clock);
-                drawn += self.draw_pieces(drawing, &shown, first, last)?;
             }
+            let runs = self.geometry(frame, &now, clock, stats)?;
+            stats.counts.triangles_drawn += self.draw_runs(frame, &runs, first, last)?;
+            self.drawn.append(&mut now);
             if !last {
-                self.finish_stage(options, "drawing")?;
-                let stage = match round {
-                    0 => &mut stats.milliseconds.occluders,
-                    _ => &mut stats.milliseconds.draw,
-                };
+                self.finish_stage(frame.options, "drawing")?;
+                let stage =
+                    if first { &mut stats.milliseconds.occluders } else { &mut stats.milliseconds.draw };
                 *stage += lap(clock);
             }
         }
-        Ok(drawn)
+        Ok(())
     }
 
-    /// Those of some pieces that show, or may, and the number of queries that it took to know. The others are noted
-    /// as hidden.
-    fn shown(&mut self, drawing: &Drawing<'_>, pieces: &[Piece]) -> Result<(Vec<Piece>, u64), Error> {
-        let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else {
-            return Ok((pieces.to_vec(), 0));
-        };
-        let asked = questions(drawing.scene, drawing.view, &self.cuts, pieces, drawing.fewest);
+    /// Takes the pieces up to band `end` out of those that wait, in no order; on the way whole instances are asked
+    /// about, if `ask`, and divided.
+    fn due(
+        &mut self,
+        frame: &Frame<'_>,
+        waiting: &mut Vec<Piece>,
+        end: i32,
+        ask: bool,
+        clock: &mut Instant,
+        stats: &mut FrameStats,
+    ) -> Result<Vec<Piece>, Error> {
+        let (due, rest): (Vec<Piece>, Vec<Piece>) = waiting.drain(..).partition(|piece| piece.band <= end);
+        *waiting = rest;
+        let (mut now, mut whole): (Vec<Piece>, Vec<Piece>) = due.into_iter().partition(|piece| piece.divided);
+        if ask {
+            let before = whole.len();
+            whole = self.shown(frame, whole, stats)?;
+            stats.counts.instances_hidden += (before - whole.len()) as u64;
+            stats.milliseconds.queries += lap(clock);
+        }
+        let mut walked = fcextract::Stats::default();
+        let divided = pieces::divide(frame.scene, frame.plan, &whole, &mut walked)?;
+        stats.counts.add(&walked);
+        let (near, far): (Vec<Piece>, Vec<Piece>) = divided.into_iter().partition(|piece| piece.band <= end);
+        now.extend(near);
+        waiting.extend(far);
+        stats.milliseconds.cut += lap(clock);
+        Ok(now)
+    }
+
+    /// Those of some pieces that show, or may. The others are noted as hidden.
+    fn shown(
+        &mut self,
+        frame: &Frame<'_>,
+        pieces: Vec<Piece>,
+        stats: &mut FrameStats,
+    ) -> Result<Vec<Piece>, Error> {
+        let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else { return Ok(pieces) };
+        let asked = questions(frame.scene, frame.view, frame.plan, &pieces);
         let mut polygons = PolygonList::default();
         for question in asked.iter().flatten() {
             question.ask(&mut polygons);
         }
         let answers = self.queries.visible(&self.gpu, pipelines, target, &polygons)?;
-        let queries = answers.len() as u64;
+        stats.counts.queries += answers.len() as u64;
         let mut answers = answers.into_iter();
         let mut shown = Vec::with_capacity(pieces.len());
-        for (piece, question) in pieces.iter().zip(&asked) {
+        for (piece, question) in pieces.into_iter().zip(&asked) {
             if question.is_none() || answers.next() != Some(false) {
-                shown.push(*piece);
-            } else {
-                self.hidden.push(*piece);
+                shown.push(piece);
+                continue;
             }
+            stats.counts.batches_culled_occlusion += 1;
+            stats.counts.faces_hidden += u64::from(piece.part.subtree.face_count());
+            self.hidden.push(piece);
         }
-        Ok((shown, queries))
+        Ok(shown)
     }
 }
 
-/// How many of `total` indices a round draws or asks about: less in the first ones, whose pieces hide the most and
-/// are hidden the least.
-fn share_of_round(round: u32, rounds: u32, total: u64) -> u64 {
-    let until = |round: u32| (f64::from(round) / f64::from(rounds)).powf(1.5) * total as f64;
-    (until(round + 1) - until(round)) as u64
+fn triangles(pieces: &[Piece]) -> f64 {
+    pieces.iter().map(|piece| piece.triangles).sum()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rounds_grow_and_share_everything() {
-        for rounds in [1, 2, 4, 32] {
-            let shares: Vec<u64> =
-                (0..rounds).map(|round| share_of_round(round, rounds, 3_000_000)).collect();
-            assert!(shares.is_sorted() && shares[0] > 0, "{shares:?}");
-            let sum: u64 = shares.iter().sum();
-            assert!((3_000_000 - 64..=3_000_000).contains(&sum), "{shares:?}");
+/// The last band of a round: the bands up to there begin with about the round's share of what waits, sorted by band.
+/// Less in the first rounds, whose pieces hide the most and are hidden the least.
+fn end_of_round(round: u32, rounds: u32, waiting: &[Piece]) -> i32 {
+    let until = |round: u32| (f64::from(round) / f64::from(rounds)).powf(1.5);
+    let share = (until(round + 1) - until(round)) / (1.0 - until(round));
+    let wanted = share * triangles(waiting);
+    let mut sum = 0.0;
+    for piece in waiting {
+        sum += piece.triangles;
+        if sum >= wanted {
+            return piece.band;
         }
     }
+    i32::MAX
 }

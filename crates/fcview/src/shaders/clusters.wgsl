@@ -1,9 +1,9 @@
-// Every cluster of the front in a colour of its own, its outline drawn dark; follows frame.wgsl.
+// Unindexed triangles in colours of their own, with dark lines on some sides; follows frame.wgsl.
 
 struct Vertex {
     @location(4) position: vec3<f32>,
     @location(5) color: vec4<f32>,
-    // Component k is 0 on the side opposite corner k where that side is a cluster's border, else 1.
+    // Component k is 0 on the side opposite corner k where a line is drawn on that side, else 1.
     @location(6) border: vec4<f32>,
 };
 
@@ -40,6 +40,6 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
     let line = 1.0 - smoothstep(0.4, 1.3, nearest);
     let crowded = max(width.x, max(width.y, width.z));
     let strength = 0.85 * clamp(1.15 - 2.5 * crowded, 0.0, 1.0);
-    let lit = shade(in.color, normal, toward_eye);
+    let lit = shade(albedo_at(in.color, length(in.toward_eye)), normal, toward_eye);
     return vec4<f32>(mix(lit, lit * 0.12, line * strength), 1.0);
 }

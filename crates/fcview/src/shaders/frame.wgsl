@@ -7,6 +7,8 @@ struct Frame {
     key: vec4<f32>,
     fill: vec4<f32>,
     rim: vec4<f32>,
+    // Colours for distances: log2 of the nearest, one over the span of logarithms, 1 where they are coloured.
+    depth: vec4<f32>,
 };
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -58,6 +60,19 @@ fn shade(albedo: vec3<f32>, normal: vec3<f32>, toward_eye: vec3<f32>) -> vec3<f3
     let facing = clamp(dot(normal, toward_eye), 0.0, 1.0);
     let edge = pow(1.0 - facing, 4.0) * max(dot(normal, frame.rim.xyz), 0.0) * 0.35;
     return albedo * (key + fill + ambient) + vec3<f32>(glint) + vec3<f32>(0.80, 0.90, 1.0) * edge;
+}
+
+// The surface's colour, or one for its distance from the eye where distances are coloured: from warm and bright to
+// dark and blue.
+fn albedo_at(surface: vec3<f32>, distance: f32) -> vec3<f32> {
+    if frame.depth.z == 0.0 {
+        return surface;
+    }
+    let t = clamp((log2(max(distance, 1e-30)) - frame.depth.x) * frame.depth.y, 0.0, 1.0);
+    let near = vec3<f32>(1.0, 0.83, 0.42);
+    let middle = vec3<f32>(0.72, 0.16, 0.30);
+    let far = vec3<f32>(0.035, 0.045, 0.20);
+    return mix(mix(near, middle, clamp(2.0 * t, 0.0, 1.0)), far, clamp(2.0 * t - 1.0, 0.0, 1.0));
 }
 
 fn linear_of_srgb(c: vec3<f32>) -> vec3<f32> {

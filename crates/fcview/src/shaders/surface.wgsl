@@ -68,5 +68,6 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec
         let kept = smoothstep(CREASED, SMOOTH, alike) + 1.0 - smoothstep(SLIVER, STRAY, alike);
         normal = unit(mix(normal, stored, kept));
     }
-    return vec4<f32>(shade(in.albedo, normal, toward_eye), 1.0);
+    let albedo = albedo_at(in.albedo, length(in.toward_eye));
+    return vec4<f32>(shade(albedo, normal, toward_eye), 1.0);
 }

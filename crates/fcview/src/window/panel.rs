@@ -165,7 +165,10 @@ impl Panel {
             ui.label("Colour");
             ui.selectable_value(&mut self.options.color, ColorMode::Shaded, "shaded");
             ui.selectable_value(&mut self.options.color, ColorMode::Clusters, "clusters");
+            ui.selectable_value(&mut self.options.color, ColorMode::Depth, "depth");
+            ui.selectable_value(&mut self.options.color, ColorMode::Level, "level");
         });
+        ui.checkbox(&mut self.options.wireframe, "Wireframe");
     }
 }
 
@@ -201,11 +204,10 @@ fn counts(ui: &mut Ui, stats: &FrameStats) {
         ("culled by frustum", grouped(counts.nodes_culled_frustum)),
         ("culled by cone", grouped(counts.nodes_culled_cone)),
         ("clusters", grouped(counts.clusters)),
-        ("triangles selected", grouped(counts.triangles_selected)),
         ("triangles folded", grouped(counts.triangles_folded)),
         ("pieces", grouped(counts.batches)),
         ("queries", grouped(counts.queries)),
-        ("pieces hidden", grouped(counts.batches_culled_occlusion)),
+        ("instances, pieces hidden", grouped(counts.batches_culled_occlusion)),
         ("triangles drawn", grouped(counts.triangles_drawn)),
     ];
     table(ui, rows.into_iter());

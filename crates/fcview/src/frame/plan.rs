@@ -1,0 +1,188 @@
+//! What each instance in sight shows: its selection, and how much of the picture it is about.
+
+use super::pieces::Piece;
+use crate::camera::View;
+use crate::options::{Detail, FrameOptions};
+use crate::scene::{Instance, Scene};
+use crate::stats::Counts;
+use fcextract::{Part, Perspective, Selection, Tolerance};
+use fcgeom::{Containment, Frustum, Sphere};
+use glam::DVec3;
+
+/// The instances of a frame.
+#[derive(Default)]
+pub(crate) struct Plan {
+    /// The instances in sight; the others are not looked at.
+    pub(crate) placed: Vec<Placed>,
+    /// Pieces are divided until they draw about this many triangles.
+    pub(crate) piece_triangles: f64,
+}
+
+/// An instance in sight.
+pub(crate) struct Placed {
+    /// Its number in the scene.
+    pub(crate) instance: usize,
+    /// Its model.
+    pub(crate) model: usize,
+    /// What it shows of its model, in the model's coordinates.
+    pub(crate) selection: Selection,
+    /// How much a part of it may draw.
+    pub(crate) reckoning: Reckoning,
+}
+
+/// Triangles per pixel that a cut at a tolerance of one pixel has about, for dividing frames evenly: measured on scans,
+/// where it lies between a twentieth and an eighth.
+const TRIANGLES_PER_PIXEL: f64 = 1.0 / 12.0;
+
+/// Distances are sorted into so many bands between the nearest and the farthest of the view. What lies in one band is drawn
+/// instance by instance, which takes fewer draws, and is of one round.
+const BANDS: f64 = 128.0;
+
+/// No piece is made smaller than this on purpose: one triangle is cut and drawn sooner than asked about.
+const FEWEST_TRIANGLES: f64 = 1.0;
+
+impl Plan {
+    /// Plans a frame: detail and culling follow `chooser`, order and division follow `view`.
+    pub(crate) fn new(
+        scene: &Scene,
+        chooser: &View,
+        view: &View,
+        options: &FrameOptions,
+        counts: &mut Counts,
+    ) -> Plan {
+        let mut plan = Plan::default();
+        let world = Frustum::from_view_projection(&chooser.clip_from_world());
+        let mut triangles = 0.0;
+        let mut span = [f64::INFINITY, view.near];
+        for (number, instance) in scene.instances.iter().enumerate() {
+            counts.instances += 1;
+            let Some(model) = scene.models.get(instance.model) else { continue };
+            let local = world.in_local_space(&instance.matrix());
+            let sphere = Sphere { center: model.center.as_vec3(), radius: fcgeom::round_up(model.radius) };
+            let containment = local.classify_sphere(&sphere);
+            let reckoning = Reckoning::new(instance, view, options);
+            // The division must not depend on what is culled, or pieces at the same depth would change places.
+            if containment != Containment::Outside {
+                let near = reckoning.near(model.center, model.radius);
+                let far = near + 2.0 * model.radius * instance.scale;
+                span = [span[0].min(near), span[1].max(far)];
+                triangles += reckoning.triangles(model.center, model.radius, model.tree.face_count() as u32);
+            }
+            let frustum = match (options.frustum, containment) {
+                (true, Containment::Outside) => {
+                    counts.instances_outside += 1;
+                    continue;
+                }
+                (true, Containment::Crossing) => Some(local),
+                (true, Containment::Inside) | (false, _) => None,
+            };
+            let selection = selection(instance, chooser, options, frustum);
+            plan.placed.push(Placed { instance: number, model: instance.model, selection, reckoning });
+        }
+        let bands = BANDS / (span[1] / span[0].max(view.near)).ln().max(1e-6);
+        for placed in &mut plan.placed {
+            placed.reckoning.near = span[0].max(view.near);
+            placed.reckoning.bands = bands;
+        }
+        plan.piece_triangles = (triangles / options.queries.max(1) as f64).max(FEWEST_TRIANGLES);
+        plan
+    }
+
+    /// Every instance in sight as one piece.
+    pub(crate) fn whole(&self, scene: &Scene) -> Vec<Piece> {
+        let piece = |(placed, number): (&Placed, u32)| {
+            let model = scene.models.get(placed.model)?;
+            let near = placed.reckoning.near(model.center, model.radius);
+            let faces = model.tree.face_count() as u32;
+            Some(Piece {
+                placed: number,
+                part: Part::whole(&model.tree, &placed.selection),
+                near,
+                band: placed.reckoning.band(near),
+                triangles: placed.reckoning.triangles(model.center, model.radius, faces),
+                divided: false,
+            })
+        };
+        self.placed.iter().zip(0_u32..).filter_map(piece).collect()
+    }
+}
+
+/// Guesses how many triangles a part of an instance draws, and measures how far it is. The guesses decide what is
+/// divided and asked together, never what is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reckoning {
+    /// The eye in the model's coordinates.
+    pub(crate) eye: DVec3,
+    scale: f64,
+    /// Where the bands of distances begin, and their number for each factor e of distance.
+    near: f64,
+    bands: f64,
+    pixel: f64,
+    picture: f64,
+    /// Triangles a pixel, or infinite where they depend on the faces alone.
+    density: f64,
+}
+
+impl Reckoning {
+    fn new(instance: &Instance, view: &View, options: &FrameOptions) -> Reckoning {
+        let density = match options.detail {
+            Detail::Pixels(pixels) => TRIANGLES_PER_PIXEL / (pixels * pixels),
+            Detail::Full | Detail::Distance(_) => f64::INFINITY,
+        };
+        Reckoning {
+            eye: instance.to_model(view.eye),
+            scale: instance.scale,
+            near: view.near,
+            bands: 0.0,
+            pixel: view.pixel,
+            picture: f64::from(options.size[0]) * f64::from(options.size[1]),
+            density,
+        }
+    }
+
+    /// Distance of the eye from a sphere of the model, in the scene's unit; negative inside.
+    pub(crate) fn near(&self, center: DVec3, radius: f64) -> f64 {
+        self.scale * (center.distance(self.eye) - radius)
+    }
+
+    /// The band of a distance.
+    pub(crate) fn band(&self, near: f64) -> i32 {
+        // Converted with saturation: what is not a number is near, what is infinite far.
+        (self.bands * (near / self.near).max(1.0).ln()) as i32
+    }
+
+    /// About how many triangles a subtree of so many faces draws.
+    pub(crate) fn triangles(&self, center: DVec3, radius: f64, faces: u32) -> f64 {
+        let distance = center.distance(self.eye);
+        let pixels = if distance > radius {
+            let across = radius / (distance * self.pixel);
+            (std::f64::consts::PI * across * across).min(self.picture)
+        } else {
+            self.picture
+        };
+        f64::from(faces).min(self.density * pixels)
+    }
+}
+
+/// What an instance shows of its model, in the model's coordinates.
+fn selection(
+    instance: &Instance,
+    view: &View,
+    options: &FrameOptions,
+    frustum: Option<Frustum>,
+) -> Selection {
+    let eye = instance.to_model(view.eye);
+    let tolerance = match options.detail {
+        Detail::Full => Tolerance::Full,
+        Detail::Distance(distance) => Tolerance::Uniform { distance: distance / instance.scale },
+        // Lengths and distances scale alike, so the slope is the same in the model.
+        Detail::Pixels(pixels) => Tolerance::Perspective(Perspective {
+            eye,
+            axis: instance.direction_to_model(view.forward),
+            slope: pixels * view.pixel,
+            corner_cos: view.corner_cos,
+        }),
+    };
+    let backface = options.backface && !options.two_sided;
+    Selection { tolerance, frustum, backface_eye: backface.then_some(eye), ..Selection::full() }
+}

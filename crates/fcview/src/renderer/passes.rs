@@ -1,0 +1,99 @@
+//! Drawing runs of triangles.
+
+use super::{Frame, Renderer, Run};
+use crate::Error;
+use crate::gpu::pipelines::Look;
+
+/// What is set in a pass: look, model, and page of the triangles.
+type State = Option<(Look, usize, usize)>;
+
+impl Renderer {
+    /// Draws runs in their order. Returns the number of triangles drawn.
+    pub(super) fn draw_runs(
+        &self,
+        frame: &Frame<'_>,
+        runs: &[Run],
+        first: bool,
+        last: bool,
+    ) -> Result<u64, Error> {
+        let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else { return Ok(0) };
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let mut drawn = 0;
+        {
+            let mut pass = target.begin(&mut encoder, "surface", first, last);
+            if first {
+                pass.set_pipeline(&pipelines.background);
+                pass.draw(0..3, 0..1);
+            }
+            pass.set_bind_group(0, &self.bind_group, &[]);
+            let mut state = None;
+            let mut runs = runs.iter().peekable();
+            while let Some(run) = runs.next() {
+                // Neighbours on the GPU that are neighbours in the order are one draw.
+                let mut count = run.count;
+                let follows = |next: &&Run, count: u32| {
+                    (next.placed, next.place.page) == (run.placed, run.place.page)
+                        && run.place.first.checked_add(count) == Some(next.place.first)
+                };
+                while let Some(next) = runs.next_if(|next| follows(next, count)) {
+                    count += next.count;
+                }
+                if count == 0 {
+                    continue;
+                }
+                self.set_state(&mut pass, frame, run, &mut state);
+                let range = run.place.first..run.place.first.saturating_add(count);
+                let row = frame.rows.first + run.placed;
+                if frame.paint.is_some() {
+                    pass.draw(range, row..row + 1);
+                } else {
+                    pass.draw_indexed(range, 0, row..row + 1);
+                }
+                drawn += u64::from(count / 3);
+            }
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(drawn)
+    }
+
+    /// Sets pipeline and buffers for a run, where they differ from the last one's.
+    fn set_state(&self, pass: &mut wgpu::RenderPass<'_>, frame: &Frame<'_>, run: &Run, state: &mut State) {
+        let (Some(pipelines), Some(mesh)) = (&self.pipelines, self.meshes.get(run.model)) else { return };
+        let look = match (frame.paint.is_some(), mesh.has_normals) {
+            (true, _) => Look::Painted,
+            (false, true) => Look::Smooth,
+            (false, false) => Look::Flat,
+        };
+        let new = (look, run.model, run.place.page);
+        let old = state.replace(new);
+        if old == Some(new) {
+            return;
+        }
+        let differs = |part: fn(&(Look, usize, usize)) -> usize| old.as_ref().map(part) != Some(part(&new));
+        if old.map(|(look, ..)| look) != Some(look) {
+            if let Some(pipeline) = pipelines.surface(look, frame.sides) {
+                pass.set_pipeline(pipeline);
+            }
+            if let Some(rows) = self.rows.buffer(frame.rows.page) {
+                pass.set_vertex_buffer(0, rows.slice(..));
+            }
+        }
+        if look == Look::Painted {
+            if let Some(corners) = self.corners.buffer(run.place.page) {
+                pass.set_vertex_buffer(1, corners.slice(..));
+            }
+            return;
+        }
+        if differs(|(_, model, _)| *model) {
+            pass.set_vertex_buffer(1, mesh.positions.slice(..));
+            pass.set_vertex_buffer(2, mesh.normals.slice(..));
+            pass.set_vertex_buffer(3, mesh.colors.slice(..));
+        }
+        if differs(|(_, _, page)| *page) {
+            let pages = if frame.draws_whole_models() { &self.whole_indices } else { &self.indices };
+            if let Some(indices) = pages.buffer(run.place.page) {
+                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+            }
+        }
+    }
+}
