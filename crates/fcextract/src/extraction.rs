@@ -1,15 +1,12 @@
 //! The walk from the root to the cut, and the mesh it leaves behind.
 
-use crate::batch::Batch;
+use crate::batch::{BATCH_TRIANGLES, Batch};
+use crate::page::{Mesh, PageWalk};
 use crate::part::{Part, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Selection};
 use fcgeom::Sphere;
 use fct::{Child, Node, Reader, Subtree, Tree};
-
-/// Subtrees of at most this many triangles become one batch: small enough to be hidden as a whole; who asks for fewer
-/// occlusion queries joins them further along the tree.
-const BATCH_TRIANGLES: u32 = 64;
 
 /// A triangle mesh for one selection; reuse it to keep its memory.
 #[derive(Debug, Default)]
@@ -24,6 +21,7 @@ pub struct Extraction {
     pub stats: Stats,
     stack: Vec<Step>,
     stitcher: Stitcher,
+    page: PageWalk,
 }
 
 /// Counts of one extraction.
@@ -91,7 +89,7 @@ impl Extraction {
     pub fn append(&mut self, tree: &Tree, selection: &Selection, part: &Part) -> Result<(), Error> {
         selection.check()?;
         let reader = tree.reader();
-        let (first_index, first_batch) = (self.indices.len() as u64, self.batches.len());
+        let first_index = self.indices.len() as u64;
         self.stack.clear();
         self.stack.push(Step::Visit { subtree: part.subtree, inside: part.inside });
         while let Some(step) = self.stack.pop() {
@@ -109,9 +107,6 @@ impl Extraction {
                 }
             }
         }
-        for batch in self.batches.iter_mut().skip(first_batch) {
-            batch.find_bounds(tree, &reader);
-        }
         self.stats.triangles += (self.indices.len() as u64 - first_index) / 3;
         Ok(())
     }
@@ -124,11 +119,14 @@ impl Extraction {
         subtree: Subtree,
         inside: bool,
     ) -> Result<Option<(Subtree, bool)>, Error> {
+        if self.draw_page(reader, selection, &subtree, inside)? {
+            return Ok(None);
+        }
         let first_index = self.next_index()?;
         if let Child::Face(_) = subtree.child.kind() {
             self.begin_cluster(first_index);
             self.indices.extend(reader.face(&subtree)?);
-            self.batches.push(Batch::new(subtree, first_index, 3));
+            self.batches.push(Batch { subtree, first_index, index_count: 3 });
             return Ok(None);
         }
         let node = reader.node(&subtree)?;
@@ -148,7 +146,7 @@ impl Extraction {
         let added = self.indices.len() as u64 - u64::from(first_index);
         let count = u32::try_from(added).map_err(|_overflow| Error::TooManyTriangles)?;
         if count > 0 {
-            self.batches.push(Batch::new(subtree, first_index, count));
+            self.batches.push(Batch { subtree, first_index, index_count: count });
         }
         Ok(None)
     }
@@ -157,20 +155,43 @@ impl Extraction {
         u32::try_from(self.indices.len()).map_err(|_overflow| Error::TooManyTriangles)
     }
 
+    /// Draws a subtree of a sound page; false if it is none, and then nothing is drawn.
+    fn draw_page(
+        &mut self,
+        reader: &Reader<'_>,
+        selection: &Selection,
+        subtree: &Subtree,
+        inside: bool,
+    ) -> Result<bool, Error> {
+        let before = (self.indices.len(), self.clusters.len(), self.batches.len(), self.stats);
+        let mut mesh = Mesh {
+            indices: &mut self.indices,
+            clusters: &mut self.clusters,
+            batches: &mut self.batches,
+            stats: &mut self.stats,
+        };
+        let drawn = self.page.draw(reader, selection, &mut self.stitcher, subtree, inside, &mut mesh)?;
+        if !drawn {
+            self.indices.truncate(before.0);
+            self.clusters.truncate(before.1);
+            self.batches.truncate(before.2);
+            self.stats = before.3;
+        }
+        Ok(drawn)
+    }
+
     fn begin_cluster(&mut self, first_index: u32) {
         self.stats.clusters += 1;
         self.clusters.push(first_index / 3);
     }
 
-    /// Joins the batches of a subtree, which ends before `end`, if it is still small; says whether it did.
-    pub(crate) fn close(&mut self, subtree: Subtree, first_index: u32, end: u32, first_batch: usize) -> bool {
+    /// Joins the batches of a subtree, which ends before `end`, if it is still small.
+    pub(crate) fn close(&mut self, subtree: Subtree, first_index: u32, end: u32, first_batch: usize) {
         let count = end - first_index;
-        let joins = self.batches.len() > first_batch + 1 && count <= 3 * BATCH_TRIANGLES;
-        if joins {
+        if self.batches.len() > first_batch + 1 && count <= 3 * BATCH_TRIANGLES {
             self.batches.truncate(first_batch);
-            self.batches.push(Batch::new(subtree, first_index, count));
+            self.batches.push(Batch { subtree, first_index, index_count: count });
         }
-        joins
     }
 }
 

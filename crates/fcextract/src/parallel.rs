@@ -52,7 +52,7 @@ impl ParallelExtractor {
             mesh.clear();
             mesh.append(tree, selection, part)
         })?;
-        self.join(tree, out)
+        self.join(out)
     }
 
     /// Walks down to the parts; what is left out on the way is counted.
@@ -91,11 +91,10 @@ impl ParallelExtractor {
     }
 
     /// Puts the meshes of the parts one after the other.
-    fn join(&mut self, tree: &Tree, out: &mut Extraction) -> Result<(), Error> {
+    fn join(&mut self, out: &mut Extraction) -> Result<(), Error> {
         let meshes = self.meshes.get(..self.parts.len()).unwrap_or_default();
         let indices: usize = meshes.iter().map(|mesh| mesh.indices.len()).sum();
         u32::try_from(indices).map_err(|_overflow| Error::TooManyTriangles)?;
-        let reader = tree.reader();
         let mut open = Vec::new();
         let mut first_index = 0;
         let mut next = meshes.iter();
@@ -112,11 +111,7 @@ impl ParallelExtractor {
                 }
                 Step::Close(subtree) => {
                     let Some((first, batch)) = open.pop() else { continue };
-                    if out.close(subtree, first, first_index, batch)
-                        && let Some(batch) = out.batches.last_mut()
-                    {
-                        batch.find_bounds(tree, &reader);
-                    }
+                    out.close(subtree, first, first_index, batch);
                 }
             }
         }

@@ -103,6 +103,11 @@ impl Selection {
         Ok(())
     }
 
+    /// Whether the tolerance alone decides about all that the frustum holds.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.backface_eye.is_none() && self.regions.is_empty() && self.extra.is_empty()
+    }
+
     /// Whether the cut goes on below the node of this name, as far as it is in sight.
     #[inline]
     pub fn refines_node(&self, child: ChildRef, node: &Node) -> bool {

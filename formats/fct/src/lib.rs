@@ -43,6 +43,7 @@ mod node;
 mod octahedral;
 mod outline;
 mod pack;
+mod page;
 mod plane;
 mod publish;
 mod records;
@@ -63,7 +64,8 @@ pub use meta::{MAX_META_LEN, Meta};
 pub use node::{BoundingPolygon, Node};
 pub use octahedral::{FineNormalRecord, NormalRecord};
 pub use pack::{ClusterData, Clusters, Decoded, PackError, Packed, PageRun, PlainClusters, Plan};
-pub use plane::PlaneRecord;
+pub use page::{Branch, Page};
+pub use plane::{PlaneFrame, PlaneRecord};
 pub use publish::Pending;
 pub use records::{
     BoundingPolygonRecord, FaceRecord, GroupRecord, LOOP_END, MAX_DEPTH, MAX_FACES, MAX_PAGE_FACES,

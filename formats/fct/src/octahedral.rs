@@ -63,6 +63,18 @@ impl NormalRecord {
         self.direction().map(single)
     }
 
+    /// The same but for rounding, and sooner.
+    #[inline]
+    pub(crate) fn near(self) -> [f32; 3] {
+        let [u, v] = self.uv.map(|c| f32::from(c).max(-127.0));
+        let z = 127.0 - u.abs() - v.abs();
+        // Below the equator the coordinates are folded over.
+        let over = (-z).max(0.0);
+        let [x, y] = [u, v].map(|c| c - over.copysign(c));
+        let per_length = 1.0 / (x * x + y * y + z * z).sqrt();
+        [x * per_length, y * per_length, z * per_length]
+    }
+
     /// The same in double precision.
     #[inline]
     pub fn direction(self) -> [f64; 3] {

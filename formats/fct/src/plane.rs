@@ -1,6 +1,7 @@
 //! The plane of a cluster in three bytes, by what is known of the cluster already.
 
 use crate::octahedral::tangent_of;
+use crate::records::NodeRecord;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
 /// The plane that fits a cluster best. 3 bytes.
@@ -50,6 +51,43 @@ impl PlaneRecord {
         let length = dot(leaning, leaning).sqrt();
         let height = f64::from(self.height) * f64::from(bound) / HEIGHTS;
         (leaning.map(|x| x / length), if height.is_finite() { height } else { 0.0 })
+    }
+}
+
+/// A frame that follows a cluster of a page, in single precision and in steps of the page's grid.
+///
+/// Like a plane it is for choosing between triangulations and promises nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneFrame {
+    /// Two directions at right angles to the axis of the cone and to each other, and the axis. They turn to the right.
+    pub axes: [[f32; 3]; 3],
+    /// How a direction at right angles to the plane leans from the axis, along the first two.
+    pub lean: [f32; 2],
+    /// The length of that direction.
+    pub length: f32,
+    /// Height of the plane above the first corner of the cluster's first face, in steps.
+    pub height: f32,
+}
+
+impl PlaneFrame {
+    /// Of a node in a page, by what makes steps of lengths there.
+    #[inline]
+    pub(crate) fn of(node: &NodeRecord, per_quantum: f32) -> Self {
+        let [x, y, z] = node.axis.near();
+        let side = if z < 0.0 { -1.0 } else { 1.0 };
+        // As `tangent_of`, and the axis times it, which comes out as simple.
+        let k = x / (side + z);
+        let tangent = [1.0 - side * x * k, -side * y * k, -side * x];
+        let other = [-y * k, side - y * y / (side + z), -y];
+        let w = f32::from(node.width) / 256.0;
+        // sin^2 of the half angle whose cosine is 1 - w^2.
+        let step = w * (2.0 - w * w).sqrt() / 96.0;
+        let [u, v] = node.plane.tilt;
+        let (u, v) = (f32::from(u) * step, f32::from(v) * step);
+        let axes = [tangent, other, [x, y, z]];
+        // A node without a bound is never drawn.
+        let height = f32::from(node.plane.height) * node.bound.get() * per_quantum / 64.0;
+        Self { axes, lean: [u, v], length: (1.0 + u * u + v * v).sqrt(), height }
     }
 }
 

@@ -278,7 +278,7 @@ const BREAKS: &[(Rule, &[Break])] = &[
             Data(|s| s.packed.top_loops.push(0)),
             // A small node whose parent says that there are no loops below.
             Data(|s| {
-                *s = Sample::fan(8, Split::Halves);
+                *s = Sample::fan(4, Split::Halves);
                 s.packed.nodes[1].left_faces |= 0x80;
             }),
         ],

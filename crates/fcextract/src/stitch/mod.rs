@@ -5,8 +5,12 @@
 //! loop of fewer than three vertices may be left out (its two edges cancel), holes are bridged to the outline by an
 //! edge used in both directions, and triangles that come to nothing are dropped.
 
+mod best;
 mod bridge;
+mod page_polygon;
 mod triangulate;
+
+pub(crate) use page_polygon::PagePolygon;
 
 use crate::{Error, Selection};
 use bridge::Bridge;

@@ -5,11 +5,13 @@
 //! triangles the right way round, else ears. A polygon that overlaps itself has no valid triangulation; then the best
 //! of bad ears is cut, so that the border still comes out right.
 
+use super::best::{BEST_UP_TO, Best};
 use glam::DVec2;
 
 /// Triangulates polygons; keeps its memory from one to the next.
 #[derive(Debug, Default)]
 pub(super) struct Triangulator {
+    best: Best,
     next: Vec<usize>,
     prev: Vec<usize>,
 }
@@ -24,7 +26,7 @@ impl Triangulator {
     /// A vertex may occur more than once, where a hole was joined; triangles with a vertex twice are left out.
     pub(super) fn run(&mut self, vertices: &[u32], points: &[DVec2], heights: &[f64], out: &mut Vec<u32>) {
         let n = vertices.len();
-        if n <= BEST_UP_TO && best(vertices, points, heights, out) {
+        if self.set(points, heights) && self.best.show(n, |t| push(out, t.map(|k| vertices[k]))) {
             return;
         }
         if n <= FAN_UP_TO
@@ -36,6 +38,20 @@ impl Triangulator {
         } else {
             self.cut_ears(vertices, points, out);
         }
+    }
+
+    /// Hands a polygon of few corners on, in a unit of its own; false if it has too many.
+    fn set(&mut self, points: &[DVec2], heights: &[f64]) -> bool {
+        if points.len() > BEST_UP_TO {
+            return false;
+        }
+        let size = points.iter().fold(0.0_f64, |size, p| size.max(p.x.abs()).max(p.y.abs()));
+        for (i, (p, height)) in points.iter().zip(heights).enumerate() {
+            self.best.x[i] = (p.x / size) as f32;
+            self.best.y[i] = (p.y / size) as f32;
+            self.best.height[i] = (height / size) as f32;
+        }
+        true
     }
 
     fn cut_ears(&mut self, vertices: &[u32], points: &[DVec2], out: &mut Vec<u32>) {
@@ -92,70 +108,6 @@ impl Triangulator {
         true
     }
 }
-
-/// Up to so many corners the best triangulation is sought: its time grows with the cube of their number.
-const BEST_UP_TO: usize = 12;
-
-/// The triangulation of least squared height in the mean, by dynamic programming over chords; false if none is valid.
-fn best(vertices: &[u32], points: &[DVec2], heights: &[f64], out: &mut Vec<u32>) -> bool {
-    let n = points.len();
-    // Of the part of the polygon from corner i to corner k: its least cost, and the third corner on the chord.
-    let mut cost = [[0.0_f64; BEST_UP_TO]; BEST_UP_TO];
-    let mut apex = [[0_u8; BEST_UP_TO]; BEST_UP_TO];
-    for span in 2..n {
-        for i in 0..n - span {
-            let k = i + span;
-            let mut least = (f64::INFINITY, i + 1);
-            let parts = |j: usize| cost[i][j] + cost[j][k];
-            for (j, parts) in (i + 1..k).map(|j| (j, parts(j))) {
-                if parts < least.0 {
-                    let whole = parts + triangle_cost([i, j, k].map(|v| (points[v], heights[v])));
-                    if whole < least.0 {
-                        least = (whole, j);
-                    }
-                }
-            }
-            cost[i][k] = least.0;
-            apex[i][k] = least.1 as u8;
-        }
-    }
-    if !cost[0][n - 1].is_finite() {
-        return false;
-    }
-    let mut chords = [(0_u8, 0_u8); BEST_UP_TO];
-    chords[0] = (0, n as u8 - 1);
-    let mut waiting = 1;
-    while waiting > 0 {
-        waiting -= 1;
-        let (i, k) = chords[waiting];
-        let j = apex[i as usize][k as usize];
-        push(out, [i, j, k].map(|v| vertices[v as usize]));
-        for (from, to) in [(i, j), (j, k)] {
-            if to - from > 1 {
-                chords[waiting] = (from, to);
-                waiting += 1;
-            }
-        }
-    }
-    true
-}
-
-/// Twelve times the squared height integrated over a triangle; infinite for one that is flat or turned over.
-fn triangle_cost([(a, h), (b, i), (c, j)]: [(DVec2, f64); 3]) -> f64 {
-    let area = (b - a).perp_dot(c - a);
-    let edges = (b - a).length_squared() + (c - b).length_squared() + (a - c).length_squared();
-    if area > THINNEST * edges {
-        area * (h * h + i * i + j * j + h * i + i * j + j * h + WELL_SHAPED * edges)
-    } else {
-        f64::INFINITY
-    }
-}
-
-/// Twice the area of the thinnest triangle that counts as valid, over its squared edges.
-const THINNEST: f64 = 1e-4;
-
-/// What a long edge costs beside height: it decides where all is flat, and nowhere else.
-const WELL_SHAPED: f64 = 1e-8;
 
 /// An ear of this shape is taken without looking for a better one (an equilateral triangle has 1).
 const GOOD_EAR: f64 = 0.5;
@@ -232,37 +184,6 @@ mod tests {
             let mut out = Vec::new();
             Triangulator::default().run(&[0, 1, 2, 3], &square, &heights, &mut out);
             assert!(has_edge(&out, a, b), "{level}: {out:?}");
-        }
-    }
-
-    /// Against all triangulations of convex polygons, found one by one.
-    #[test]
-    fn the_best_of_all_triangulations_is_found() {
-        fn naive(corners: &[(DVec2, f64)]) -> f64 {
-            let n = corners.len();
-            if n < 3 {
-                return 0.0;
-            }
-            let with = |j: usize| {
-                triangle_cost([corners[0], corners[j], corners[n - 1]])
-                    + naive(&corners[..=j])
-                    + naive(&corners[j..])
-            };
-            (1..n - 1).map(with).fold(f64::INFINITY, f64::min)
-        }
-        for n in 4..=9_usize {
-            let corners: Vec<(DVec2, f64)> = (0..n)
-                .map(|i| {
-                    let angle = std::f64::consts::TAU * i as f64 / n as f64;
-                    (DVec2::new(angle.cos(), angle.sin()), ((i * i * 7 + 3) % 11) as f64 - 5.0)
-                })
-                .collect();
-            let (points, heights): (Vec<DVec2>, Vec<f64>) = corners.iter().copied().unzip();
-            let mut out = Vec::new();
-            Triangulator::default().run(&(0..n as u32).collect::<Vec<_>>(), &points, &heights, &mut out);
-            let found: f64 =
-                out.chunks(3).map(|t| triangle_cost([t[0], t[1], t[2]].map(|v| corners[v as usize]))).sum();
-            assert!((found - naive(&corners)).abs() < 1e-9 * found, "{n}");
         }
     }
 

@@ -6,6 +6,14 @@ use super::{ClusterData, Clusters, PackError};
 use crate::loops::{MORE_LOOPS, NO_LOOPS};
 use crate::records::{LOOP_END, SMALL_FACES};
 
+/// The packer leaves the loops of nodes of at most this many faces to be found from their faces.
+///
+/// It may do so up to [`SMALL_FACES`]. Finding them takes longer than reading them where a node has more faces than a
+/// few, and storing those of 5 to 8 faces takes 2 bytes a face of the mesh.
+const FOLLOWED_FACES: usize = 4;
+
+const _: () = assert!(FOLLOWED_FACES <= SMALL_FACES as usize);
+
 /// Whether the loops of a node are in section `LOOP`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stored {
@@ -42,7 +50,7 @@ pub(super) fn page_loops(
             .children(index)
             .iter()
             .any(|child| matches!(child, Below::Node(child) if stored[*child] == Stored::Yes));
-        if place.faces <= SMALL_FACES as usize && !below_stores && (!drawn || follow(entries)) {
+        if place.faces <= FOLLOWED_FACES && !below_stores && (!drawn || follow(entries)) {
             stored[index] = Stored::No;
             continue;
         }

@@ -1,0 +1,178 @@
+//! The part of a cut that lies in one page.
+//!
+//! Most of a mesh is drawn here. What a page holds fits in the nearest memory, its vertices are told by one byte and
+//! looked at once, and its polygons are mostly drawn by [`PagePolygon`]; the few others go the general way.
+
+use crate::batch::{BATCH_TRIANGLES, Batch};
+use crate::criterion::{Criterion, Everywhere};
+use crate::extraction::Stats;
+use crate::part::Sight;
+use crate::stitch::{PagePolygon, Stitcher};
+use crate::{Error, Selection, Tolerance};
+use fct::{Branch, Page, Reader, Subtree};
+
+/// Draws pages; keeps its memory from one to the next.
+#[derive(Debug, Default)]
+pub(crate) struct PageWalk {
+    stack: Vec<(Branch, bool)>,
+    /// The clusters of the cut in the page, in order.
+    drawn: Vec<Branch>,
+    polygon: PagePolygon,
+}
+
+/// Where the mesh goes.
+pub(crate) struct Mesh<'a> {
+    pub(crate) indices: &'a mut Vec<u32>,
+    pub(crate) clusters: &'a mut Vec<u32>,
+    pub(crate) batches: &'a mut Vec<Batch>,
+    pub(crate) stats: &'a mut Stats,
+}
+
+/// A page's indices may begin up to here: so many more, which none has, still have a number of 32 bits.
+const LAST_START: usize = (u32::MAX - (1 << 20)) as usize;
+
+impl PageWalk {
+    /// Appends what is drawn of a subtree that lies in a page; false if it does not lie in one, or if anything about the
+    /// page is strange: then the mesh may hold a part.
+    pub(crate) fn draw(
+        &mut self,
+        reader: &Reader<'_>,
+        selection: &Selection,
+        stitcher: &mut Stitcher,
+        subtree: &Subtree,
+        inside: bool,
+        mesh: &mut Mesh<'_>,
+    ) -> Result<bool, Error> {
+        let Some((page, root)) = reader.page(subtree) else { return Ok(false) };
+        if mesh.indices.len() > LAST_START || !self.polygon.begin(&page) {
+            return Ok(false);
+        }
+        self.drawn.clear();
+        let first_cluster = mesh.clusters.len();
+        let mut general = |branch: &Branch, indices: &mut Vec<u32>| {
+            let subtree = page.subtree(branch);
+            let node = reader.node(&subtree)?;
+            stitcher.draw(reader, selection, &subtree, &node, indices)
+        };
+        let all = selection.tolerance == Tolerance::Full && selection.is_plain() && inside;
+        let sound = if all {
+            self.draw_faces(&page, root, mesh)
+        } else if let Some(everywhere) = Everywhere::of(selection, inside) {
+            self.walk(&page, root, inside, &everywhere, mesh, &mut general)?
+        } else {
+            self.walk(&page, root, inside, selection, mesh, &mut general)?
+        };
+        mesh.stats.clusters += self.drawn.len() as u64;
+        let starts = mesh.clusters.get(first_cluster..).unwrap_or_default();
+        let end = mesh.indices.len() as u32 / 3;
+        Ok(sound.is_some() && divide(&page, root, &self.drawn, starts, end, mesh.batches).is_some())
+    }
+
+    /// Draws all faces of a branch; none if some are not there.
+    fn draw_faces(&mut self, page: &Page<'_>, root: Branch, mesh: &mut Mesh<'_>) -> Option<()> {
+        mesh.stats.nodes_visited += u64::from(root.face_count()) - 1;
+        for face in page.single_faces(&root) {
+            self.begin_cluster(face, mesh);
+            mesh.indices.extend_from_slice(&page.corners(&face)?);
+        }
+        Some(())
+    }
+
+    #[inline]
+    fn begin_cluster(&mut self, branch: Branch, mesh: &mut Mesh<'_>) {
+        self.drawn.push(branch);
+        mesh.clusters.push(mesh.indices.len() as u32 / 3);
+    }
+
+    /// Goes down from a branch and draws what is in the cut, in `general` what [`PagePolygon`] does not; none if
+    /// something is not there.
+    fn walk<C: Criterion>(
+        &mut self,
+        page: &Page<'_>,
+        root: Branch,
+        inside: bool,
+        criterion: &C,
+        mesh: &mut Mesh<'_>,
+        general: &mut impl FnMut(&Branch, &mut Vec<u32>) -> Result<u64, Error>,
+    ) -> Result<Option<()>, Error> {
+        self.stack.clear();
+        self.stack.push((root, inside));
+        while let Some((mut branch, mut inside)) = self.stack.pop() {
+            // Left children are gone on with at once: half of the steps never wait.
+            while branch.face_count() > 1 {
+                let Some(sight) = criterion.sight(page, &branch, inside, mesh.stats) else { return Ok(None) };
+                match sight {
+                    Sight::Culled => break,
+                    Sight::Refined { inside: all_inside } => {
+                        let Some([left, right]) = page.children(&branch) else { return Ok(None) };
+                        inside = all_inside;
+                        self.stack.push((right, inside));
+                        branch = left;
+                    }
+                    Sight::Drawn => {
+                        self.begin_cluster(branch, mesh);
+                        let Some(is_drawn) = self.polygon.draw(page, &branch, criterion, mesh) else {
+                            return Ok(None);
+                        };
+                        if !is_drawn {
+                            mesh.stats.folded += general(&branch, mesh.indices)?;
+                        }
+                        break;
+                    }
+                }
+            }
+            if branch.face_count() == 1 {
+                let Some(corners) = page.corners(&branch) else { return Ok(None) };
+                self.begin_cluster(branch, mesh);
+                mesh.indices.extend_from_slice(&corners);
+            }
+        }
+        Ok(Some(()))
+    }
+}
+
+/// Appends batches of the clusters drawn of a branch, which begin at the triangles `starts`; none if a branch has no
+/// children where it must.
+fn divide(
+    page: &Page<'_>,
+    root: Branch,
+    drawn: &[Branch],
+    starts: &[u32],
+    end: u32,
+    out: &mut Vec<Batch>,
+) -> Option<()> {
+    let start = |i: usize| starts.get(i).copied().unwrap_or(end);
+    // Every branch that waits has more triangles than a batch, and beside a waiting branch lies one that is drawn.
+    let mut waiting = [(root, 0, drawn.len()); 128];
+    let mut count = 1_usize;
+    while count > 0 {
+        count -= 1;
+        let (mut branch, mut first, mut last) = waiting[count];
+        while start(first) < start(last) {
+            let triangles = start(last) - start(first);
+            let batch =
+                |subtree| Batch { subtree, first_index: 3 * start(first), index_count: 3 * triangles };
+            if last - first == 1 {
+                out.push(batch(page.subtree(drawn.get(first)?)));
+                break;
+            }
+            let [left, right] = page.children(&branch)?;
+            let split = drawn.get(first..last)?.partition_point(|b| b.first_face() < right.first_face());
+            let middle = first + split;
+            if start(middle) == start(last) {
+                // Nothing is drawn on the right, so that the left is all there is.
+                (branch, last) = (left, middle);
+            } else if start(first) == start(middle) {
+                (branch, first) = (right, middle);
+            } else if triangles <= BATCH_TRIANGLES {
+                out.push(batch(page.subtree(&branch)));
+                break;
+            } else {
+                *waiting.get_mut(count)? = (right, middle, last);
+                count += 1;
+                (branch, last) = (left, middle);
+            }
+        }
+    }
+    Some(())
+}
