@@ -10,11 +10,14 @@ use clap::Subcommand;
 mod build;
 mod builder;
 mod costs;
+mod culling;
+mod cut;
 mod distance;
 mod drawn;
 mod input;
 mod ledger;
 mod nearest;
+mod orbit;
 mod peers;
 mod process;
 mod quality;
@@ -31,6 +34,8 @@ pub(crate) enum Bench {
     Quality(quality::Args),
     /// Time, memory and size of building a tree.
     Build(build::Args),
+    /// What bounds let a viewer leave out, against the paper's tree.
+    Culling(culling::Args),
 }
 
 /// The folder of the workspace.
@@ -47,5 +52,6 @@ pub(crate) fn run(bench: &Bench) -> Result<(), Box<dyn Error>> {
     match bench {
         Bench::Quality(args) => quality::run(args),
         Bench::Build(args) => build::run(args),
+        Bench::Culling(args) => culling::run(args),
     }
 }
