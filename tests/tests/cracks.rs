@@ -5,7 +5,7 @@
 #![allow(clippy::print_stdout, reason = "the counts are part of the promise")]
 
 use fcbuild::import::Soup;
-use fcextract::{Extraction, Order, Perspective, Selection, extract};
+use fcextract::{Extraction, Order, Perspective, Region, Selection, extract};
 use fct::Tree;
 use fctests::cracks::Borders;
 use fctests::random::Random;
@@ -26,18 +26,28 @@ fn size(tree: &Tree) -> (DVec3, f64) {
     ((low + high) * 0.5, (high - low).length())
 }
 
-/// A random tolerance: uniform or from an eye near or far, from the finest detail to almost none.
+/// A random tolerance: uniform or from an eye near or far, from the finest detail to almost none; with regions or
+/// without.
 fn random_selection(random: &mut Random, center: DVec3, size: f64) -> Selection {
     let order = if random.below(2) == 0 { Order::Bound } else { Order::Budget };
     // Evenly spread magnitudes, from a millionth of the size to more than all of it.
     let fraction = 10_f64.powf(random.between(-6.0, 0.3));
-    if random.below(4) == 0 {
-        return Selection::uniform(size * fraction, order);
+    let mut selection = if random.below(4) == 0 {
+        Selection::uniform(size * fraction, order)
+    } else {
+        let eye = center + random.direction() * size * 10_f64.powf(random.between(-1.5, 1.2));
+        let axis = if random.below(3) == 0 { DVec3::ZERO } else { random.direction() };
+        let corner_cos = random.between(0.4, 1.0);
+        Selection::perspective(Perspective { eye, axis, slope: fraction, corner_cos }, order)
+    };
+    for _ in 0..random.below(4).saturating_sub(1) {
+        selection.regions.push(Region {
+            center: center + random.direction() * size * random.between(0.0, 0.6),
+            radius: size * random.between(0.0, 0.5),
+            distance: size * 10_f64.powf(random.between(-5.0, 0.0)),
+        });
     }
-    let eye = center + random.direction() * size * 10_f64.powf(random.between(-1.5, 1.2));
-    let axis = if random.below(3) == 0 { DVec3::ZERO } else { random.direction() };
-    let corner_cos = random.between(0.4, 1.0);
-    Selection::perspective(Perspective { eye, axis, slope: fraction, corner_cos }, order)
+    selection
 }
 
 fn look(tree: &Tree, views: u64, seed: u64, name: &str) -> Looked {

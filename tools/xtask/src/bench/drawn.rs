@@ -83,15 +83,8 @@ fn drawn(
     selection: &Selection,
     exists: bool,
 ) -> Result<Drawn, Box<dyn Error>> {
-    let positions = positions(tree, selection);
-    let indices = cut.indices.as_chunks::<3>().0;
-    if indices.iter().flatten().any(|v| *v as usize >= positions.len()) {
-        return Err(format!("{}: a triangle names a vertex that is not there", tree.path().display()).into());
-    }
-    Ok(Drawn { mesh: weld(&positions, indices), triangles: cut.stats.triangles, exists })
-}
-
-/// Where a selection draws the vertices.
-fn positions(tree: &Tree, selection: &Selection) -> Vec<[f32; 3]> {
-    tree.vertices().iter().map(|v| selection.position(v).as_vec3().to_array()).collect()
+    let mut mesh = fcextract::Mesh::default();
+    mesh.fill(tree, cut, selection)?;
+    let mesh = weld(&mesh.positions, mesh.indices.as_chunks::<3>().0);
+    Ok(Drawn { mesh, triangles: cut.stats.triangles, exists })
 }

@@ -73,7 +73,8 @@ fn clusters_of(tree: &Tree, selection: &Selection) -> Result<Vec<Range<u32>>, Bo
     Ok(ranges)
 }
 
-fn scene(tree: &Tree, indices: &[u32]) -> Scene {
+/// Triangles of a tree, at the places of its vertices.
+pub(crate) fn scene(tree: &Tree, indices: &[u32]) -> Scene {
     let position = |v: u32| {
         let found = tree.vertices().get(v as usize).map(|r| r.position().map(f64::from));
         found.map_or(DVec3::ZERO, DVec3::from)

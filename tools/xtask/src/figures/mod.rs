@@ -3,7 +3,7 @@
 //! The same input gives the same bytes, but for the table of times. Nothing here needs a GPU.
 //!
 //! # Paper
-//! `[Tsuji07]` figures 3, 9, 10 and 11; `[TsujiJa]` table 1 and figures 4, 5, 7 and 8.
+//! `[Tsuji07]` figures 3, 9, 10, 11 and 12; `[TsujiJa]` table 1 and figures 4, 5, 7 and 8.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -23,6 +23,7 @@ mod palette;
 mod picture;
 mod plot;
 mod raster;
+mod regions;
 mod sampling;
 mod times;
 mod view;
@@ -128,6 +129,7 @@ impl Inputs {
             error_curves::section(&self.all(), out)?,
             approximations::by_mode(&self.two(), out)?,
             approximations::by_count(self.chief(), out)?,
+            regions::section(self.chief(), out)?,
             boundaries::section(&self.two(), out)?,
             cluster_pictures::by_count(&counted, out)?,
             sampling::section(out)?,
