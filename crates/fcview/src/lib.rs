@@ -28,6 +28,7 @@ pub mod headless;
 mod image;
 pub mod options;
 pub mod orbit;
+pub mod pick;
 pub mod random;
 mod recovery;
 mod renderer;

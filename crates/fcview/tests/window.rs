@@ -97,6 +97,9 @@ fn mouse_and_keys_move_the_camera_as_the_documentation_says() {
     assert!(before.forward.distance(fitted.forward) < 1e-9 && before.eye.distance(fitted.eye) > 0.05);
     let [_, home] = moves(&|| viewer.press(HOME));
     assert!(home.eye.distance(first.eye) < 1e-9 && home.forward.distance(first.forward) < 1e-9);
+    // A double click on the torus turns around what is there: it moves sideways only as far as the click was.
+    let [before, centred] = moves(&|| viewer.double_click(on_the_torus(&viewer)));
+    assert!(before.forward.distance(centred.forward) < 1e-9 && before.eye.distance(centred.eye) > 0.05);
     // T turns all the time.
     let [before, turned] = moves(&|| {
         viewer.press(u32::from('t'));
@@ -105,6 +108,14 @@ fn mouse_and_keys_move_the_camera_as_the_documentation_says() {
     });
     assert!(before.forward.distance(turned.forward) > 0.02);
     quit(viewer);
+}
+
+/// A place of the window where the torus shows, off the middle.
+fn on_the_torus(viewer: &Viewer) -> [i16; 2] {
+    let picture = viewer.picture();
+    let bright = |place: &usize| picture.rgb[*place][0] > 150 && place % picture.width > 500;
+    let place = (0..picture.rgb.len()).rev().find(bright).unwrap() - 3 * picture.width;
+    [place % picture.width, place / picture.width].map(|k| i16::try_from(k).unwrap())
 }
 
 #[test]

@@ -10,6 +10,7 @@ use super::screen::{Overlay, Screen, Shown};
 use super::watch::Watch;
 use crate::cli::Cli;
 use crate::headless::{open_scene, software_warning};
+use crate::pick::pick;
 use crate::recovery::{Recovery, Remedy};
 use crate::renderer::Renderer;
 use crate::{Camera, Error, Scene};
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 use winit::application::ApplicationHandler;
-use winit::dpi::PhysicalSize;
+use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, KeyEvent, StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Fullscreen, Window, WindowId};
@@ -259,7 +260,11 @@ impl<'a> App<'a> {
                 self.navigation.set_mode(Mode::Orbit, &self.scene);
                 self.navigation.turning = !self.navigation.turning;
             }
-            Action::Freeze => self.panel.frozen = !self.panel.frozen,
+            Action::Freeze => {
+                self.panel.frozen = !self.panel.frozen;
+                // At once: the next frame may see the camera elsewhere already.
+                self.panel.options.frozen = self.panel.frozen.then(|| self.navigation.camera());
+            }
             Action::Coarser => drop(self.panel.coarsen(1.25)),
             Action::Finer => drop(self.panel.coarsen(0.8)),
             Action::Screenshot => self.saving = true,
@@ -275,6 +280,21 @@ impl<'a> App<'a> {
             Action::Quit => {}
         }
         self.redraw();
+    }
+
+    /// Turns around what is under the mouse from now on.
+    fn turn_around(&mut self, place: PhysicalPosition<f64>) {
+        let size = self.panel.options.size;
+        let camera = self.navigation.camera();
+        let Ok(view) = camera.view(size, self.scene.near(camera.eye)) else { return };
+        let [width, height] = size.map(f64::from);
+        let right = view.pixel * (place.x - 0.5 * width);
+        let up = view.pixel * (0.5 * height - place.y);
+        let Some(ray) = (view.forward + right * view.right + up * view.up).try_normalize() else { return };
+        if let Some(point) = pick(&self.scene, camera.eye, ray, self.panel.options.two_sided) {
+            self.navigation.turn_around(point);
+            self.redraw();
+        }
     }
 
     /// The first view of the scene.
@@ -482,7 +502,9 @@ impl ApplicationHandler for App<'_> {
                 }
             }
             WindowEvent::MouseInput { state, button, .. } => {
-                self.mouse.button(button, state, !response.consumed);
+                if let Some(place) = self.mouse.button(button, state, !response.consumed) {
+                    self.turn_around(place);
+                }
             }
             WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
                 self.navigation.wheel(input::notches(delta));

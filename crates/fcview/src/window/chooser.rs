@@ -115,7 +115,8 @@ impl Chooser {
             Ok(entries) => {
                 self.entries = entries;
                 self.trouble = None;
-                self.folder = folder;
+                // Without the dots that going up and down would pile up.
+                self.folder = folder.canonicalize().unwrap_or(folder);
             }
             Err(error) => self.trouble = Some(format!("{}: {error}", folder.display())),
         }

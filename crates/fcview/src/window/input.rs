@@ -2,15 +2,17 @@
 
 use super::navigation::{Navigation, Toward};
 use crate::Scene;
+use std::time::{Duration, Instant};
 use winit::dpi::PhysicalPosition;
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta};
 use winit::keyboard::{Key, KeyCode, ModifiersState, NamedKey, PhysicalKey};
 
 /// What mouse and keys do, as the panel and the documentation list it.
-pub(super) const KEYS: [(&str, &str); 17] = [
+pub(super) const KEYS: [(&str, &str); 18] = [
     ("drag", "turn; look around in flight"),
     ("Shift or right drag", "pan"),
     ("wheel", "zoom; speed of flight"),
+    ("double click", "turn around that point"),
     ("W A S D", "fly"),
     ("Q E", "fly down, up"),
     ("Shift", "fly faster"),
@@ -96,17 +98,28 @@ enum Drag {
     Pan,
 }
 
+/// The longest time between the clicks of a double click.
+const DOUBLE: Duration = Duration::from_millis(400);
+
 /// Follows the mouse and moves the camera.
 #[derive(Debug, Default)]
 pub(super) struct Mouse {
     position: Option<PhysicalPosition<f64>>,
     drag: Option<Drag>,
+    /// When and where the left button went down last.
+    click: Option<(Instant, PhysicalPosition<f64>)>,
     pub(super) modifiers: ModifiersState,
 }
 
 impl Mouse {
-    /// A button went down or up. `on_picture` is false where the panel has the mouse.
-    pub(super) fn button(&mut self, button: MouseButton, state: ElementState, on_picture: bool) {
+    /// A button went down or up. `on_picture` is false where the panel has the mouse. Returns the place of a double
+    /// click.
+    pub(super) fn button(
+        &mut self,
+        button: MouseButton,
+        state: ElementState,
+        on_picture: bool,
+    ) -> Option<PhysicalPosition<f64>> {
         self.drag = match (button, state) {
             (_, ElementState::Released) => None,
             (MouseButton::Left, _) if on_picture && !self.modifiers.shift_key() => Some(Drag::Turn),
@@ -115,6 +128,16 @@ impl Mouse {
             }
             _ => self.drag,
         };
+        if button != MouseButton::Left || state != ElementState::Pressed || !on_picture {
+            return None;
+        }
+        let here = self.position?;
+        let last = self.click.replace((Instant::now(), here));
+        let twice = last.is_some_and(|(time, place)| {
+            time.elapsed() < DOUBLE && (place.x - here.x).hypot(place.y - here.y) < 6.0
+        });
+        // A third click begins anew.
+        twice.then(|| self.click.take().map_or(here, |(_, place)| place))
     }
 
     /// The mouse moved in a window of `height` pixels. True if the camera did.
@@ -181,6 +204,23 @@ mod tests {
         mouse.button(MouseButton::Left, ElementState::Released, true);
         mouse.button(MouseButton::Left, ElementState::Pressed, false);
         assert!(!mouse.moved(at(50.0, 20.0), 100, &mut camera, &scene), "the panel has the mouse");
+    }
+
+    #[test]
+    fn two_clicks_in_one_place_are_a_double_click() {
+        let scene = Scene::default();
+        let mut mouse = Mouse::default();
+        let mut camera = Navigation::facing(&[DVec3::ZERO, DVec3::ONE], 0.7, 1.5);
+        let mut click = |x: f64| {
+            mouse.moved(at(x, 10.0), 100, &mut camera, &scene);
+            let double = mouse.button(MouseButton::Left, ElementState::Pressed, true);
+            mouse.button(MouseButton::Left, ElementState::Released, true);
+            double
+        };
+        assert_eq!(click(10.0), None);
+        assert_eq!(click(12.0), Some(at(12.0, 10.0)));
+        assert_eq!(click(12.0), None, "the third is a first");
+        assert_eq!(click(40.0), None, "elsewhere");
     }
 
     #[test]

@@ -116,6 +116,14 @@ impl Navigation {
         self.mode = mode;
     }
 
+    /// Turns around a point from now on, which comes to the middle of the picture, as far away as it is.
+    pub(super) fn turn_around(&mut self, point: DVec3) {
+        let camera = self.camera();
+        self.orbit = self.orbit.before(&camera, camera.eye.distance(point));
+        self.orbit.target = point;
+        self.mode = Mode::Orbit;
+    }
+
     /// A key of flight went down or up; the first one takes off.
     pub(super) fn hold(&mut self, toward: Toward, down: bool, scene: &Scene) {
         if down {
@@ -253,6 +261,19 @@ mod tests {
             navigation.wheel(wild);
             assert!(navigation.speed.is_finite() && navigation.speed > 0.0);
         }
+    }
+
+    #[test]
+    fn a_point_to_turn_around_comes_to_the_middle_as_far_away_as_it_was() {
+        let mut navigation = navigation();
+        navigation.set_mode(Mode::Fly, &Scene::default());
+        let before = navigation.camera();
+        let point = DVec3::new(0.9, 0.2, 0.4);
+        navigation.turn_around(point);
+        let after = navigation.camera();
+        assert!(after.forward.distance(before.forward) < 1e-9);
+        assert!((after.eye.distance(point) - before.eye.distance(point)).abs() < 1e-9);
+        assert!((point - after.eye).cross(after.forward).length() < 1e-9);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::stats::{FrameStats, grouped};
 use egui::{CollapsingHeader, RichText, Slider, Ui};
 
 /// Width of the panel's contents, points.
-const WIDTH: f32 = 256.0;
+const WIDTH: f32 = 262.0;
 
 /// Height of the panel where the window has room for it, points; what is beyond is scrolled to.
 const HEIGHT: f32 = 684.0;

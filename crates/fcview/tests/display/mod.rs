@@ -221,6 +221,17 @@ impl Viewer {
         std::thread::sleep(Duration::from_millis(100));
     }
 
+    /// Clicks twice with the left button.
+    pub(crate) fn double_click(&self, at: [i16; 2]) {
+        self.fake(MOTION_NOTIFY_EVENT, 0, at);
+        std::thread::sleep(Duration::from_millis(50));
+        for _ in 0..2 {
+            self.fake(BUTTON_PRESS_EVENT, 1, [0, 0]);
+            self.fake(BUTTON_RELEASE_EVENT, 1, [0, 0]);
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+
     /// Turns the wheel: up, away from the user, or down.
     pub(crate) fn wheel(&self, at: [i16; 2], notches: i32) {
         self.fake(MOTION_NOTIFY_EVENT, 0, at);
