@@ -132,8 +132,17 @@ fn a_frozen_cut_is_outlined_and_the_panel_can_be_put_away() {
     viewer.see("the panel", |picture| picture.panel()[1] > 300);
     viewer.press(u32::from('h'));
     viewer.see("no panel", |picture| picture.panel() == [0, 0]);
-    // Then the window shows just what is saved.
+    // V goes through all the colours and back, X draws edges and takes them away.
     viewer.press(HOME);
+    let shaded = saved(&viewer, folder.path());
+    for key in ['v', 'v', 'v', 'x'] {
+        viewer.press(u32::from(key));
+        assert!(saved(&viewer, folder.path()) != shaded, "{key} changes nothing");
+    }
+    viewer.press(u32::from('x'));
+    viewer.press(u32::from('v'));
+    assert!(saved(&viewer, folder.path()) == shaded);
+    // Then the window shows just what is saved.
     let (width, height, pixels) = saved(&viewer, folder.path());
     assert_eq!((width, height), (900, 600));
     viewer.see("what was saved", |picture| {

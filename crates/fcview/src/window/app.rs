@@ -267,6 +267,8 @@ impl<'a> App<'a> {
             }
             Action::Coarser => drop(self.panel.coarsen(1.25)),
             Action::Finer => drop(self.panel.coarsen(0.8)),
+            Action::NextColor => self.panel.next_color(),
+            Action::Wireframe => self.panel.options.wireframe = !self.panel.options.wireframe,
             Action::Screenshot => self.saving = true,
             Action::Record => self.record(),
             Action::Open => self.chooser.toggle(),

@@ -8,7 +8,7 @@ use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta};
 use winit::keyboard::{Key, KeyCode, ModifiersState, NamedKey, PhysicalKey};
 
 /// What mouse and keys do, as the panel and the documentation list it.
-pub(super) const KEYS: [(&str, &str); 18] = [
+pub(super) const KEYS: [(&str, &str); 19] = [
     ("drag", "turn; look around in flight"),
     ("Shift or right drag", "pan"),
     ("wheel", "zoom; speed of flight"),
@@ -22,6 +22,7 @@ pub(super) const KEYS: [(&str, &str); 18] = [
     ("T", "turn all the time"),
     ("Space", "freeze the cut"),
     ("- +", "coarser, finer"),
+    ("V, X", "next colours, wireframe"),
     ("P", "save a picture"),
     ("R", "record a path; save it"),
     ("O", "open a file"),
@@ -39,6 +40,8 @@ pub(super) enum Action {
     Freeze,
     Coarser,
     Finer,
+    NextColor,
+    Wireframe,
     Screenshot,
     Record,
     Open,
@@ -67,6 +70,8 @@ pub(super) fn action(key: &Key<&str>, modifiers: ModifiersState) -> Option<Actio
         Key::Named(NamedKey::Space) => Action::Freeze,
         Key::Character("-" | "_") => Action::Coarser,
         Key::Character("+" | "=") => Action::Finer,
+        Key::Character("v" | "V") => Action::NextColor,
+        Key::Character("x" | "X") => Action::Wireframe,
         Key::Character("p" | "P") => Action::Screenshot,
         Key::Character("r" | "R") => Action::Record,
         Key::Character("o" | "O") => Action::Open,

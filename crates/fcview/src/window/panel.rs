@@ -22,6 +22,14 @@ pub(super) const SMALL: f32 = 12.0;
 /// Tolerances that can be set, pixels.
 const PIXELS: std::ops::RangeInclusive<f64> = 0.1..=64.0;
 
+/// What can colour the surface.
+const COLORS: [(ColorMode, &str); 4] = [
+    (ColorMode::Shaded, "shaded"),
+    (ColorMode::Clusters, "clusters"),
+    (ColorMode::Depth, "depth"),
+    (ColorMode::Level, "level"),
+];
+
 /// What the panel shows and sets.
 pub(super) struct Panel {
     /// How frames are drawn.
@@ -160,15 +168,22 @@ impl Panel {
             let mut smooth = self.options.samples > 1;
             ui.checkbox(&mut smooth, "4 samples").on_hover_text("smooth edges");
             self.options.samples = if smooth { 4 } else { 1 };
+            ui.checkbox(&mut self.options.wireframe, "Wireframe");
         });
         ui.horizontal(|ui| {
             ui.label("Colour");
-            ui.selectable_value(&mut self.options.color, ColorMode::Shaded, "shaded");
-            ui.selectable_value(&mut self.options.color, ColorMode::Clusters, "clusters");
-            ui.selectable_value(&mut self.options.color, ColorMode::Depth, "depth");
-            ui.selectable_value(&mut self.options.color, ColorMode::Level, "level");
+            for (mode, name) in COLORS {
+                ui.selectable_value(&mut self.options.color, mode, name);
+            }
         });
-        ui.checkbox(&mut self.options.wireframe, "Wireframe");
+    }
+
+    /// What colours the surface next.
+    pub(super) fn next_color(&mut self) {
+        let now = COLORS.iter().position(|(mode, _)| *mode == self.options.color).unwrap_or(0);
+        if let Some((mode, _)) = COLORS.iter().cycle().nth(now + 1) {
+            self.options.color = *mode;
+        }
     }
 }
 
@@ -207,7 +222,9 @@ fn counts(ui: &mut Ui, stats: &FrameStats) {
         ("triangles folded", grouped(counts.triangles_folded)),
         ("pieces", grouped(counts.batches)),
         ("queries", grouped(counts.queries)),
-        ("instances, pieces hidden", grouped(counts.batches_culled_occlusion)),
+        ("instances hidden", grouped(counts.instances_hidden)),
+        ("pieces hidden", grouped(counts.batches_culled_occlusion.saturating_sub(counts.instances_hidden))),
+        ("faces hidden", grouped(counts.faces_hidden)),
         ("triangles drawn", grouped(counts.triangles_drawn)),
     ];
     table(ui, rows.into_iter());
