@@ -1,7 +1,9 @@
 //! Normals and colours through welding and copying.
 
+use super::shares::{share, shares};
 use crate::import::Tally;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 /// Per welded vertex: the mean of what its input vertices said.
 pub(super) struct Attributes {
@@ -55,15 +57,28 @@ impl Attributes {
             None => vec![Vec3::ZERO; positions.len()],
         };
         if self.normals.is_none() || normals.contains(&Vec3::ZERO) {
-            let mut mean = vec![DVec3::ZERO; positions.len()];
-            for face in faces {
-                let [a, b, c] = face.map(|v| positions[v as usize].as_dvec3());
-                let area_vector = (b - a).cross(c - a);
-                face.iter().for_each(|&v| mean[v as usize] += area_vector);
-            }
-            for (n, m) in normals.iter_mut().zip(mean).filter(|(n, _)| **n == Vec3::ZERO) {
-                *n = m.normalize_or_zero().as_vec3();
-            }
+            normals.par_chunks_mut(share(positions.len())).zip(shares(positions.len())).for_each(
+                |(normals, own)| {
+                    let mut mean = vec![DVec3::ZERO; own.len()];
+                    for face in faces {
+                        if !face.iter().any(|v| own.contains(&(*v as usize))) {
+                            continue;
+                        }
+                        let [a, b, c] = face.map(|v| positions[v as usize].as_dvec3());
+                        let area_vector = (b - a).cross(c - a);
+                        for v in face {
+                            if let Some(m) =
+                                (*v as usize).checked_sub(own.start).and_then(|v| mean.get_mut(v))
+                            {
+                                *m += area_vector;
+                            }
+                        }
+                    }
+                    for (n, m) in normals.iter_mut().zip(mean).filter(|(n, _)| **n == Vec3::ZERO) {
+                        *n = m.normalize_or_zero().as_vec3();
+                    }
+                },
+            );
         }
         normals
     }

@@ -1,5 +1,10 @@
 //! The dual graph: which faces meet across which edges.
 
+use super::shares::shares;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
 /// No half-edge: the edge is a boundary or a seam.
 pub const NONE: u32 = u32::MAX;
 
@@ -33,45 +38,91 @@ impl DualGraph {
     /// Faces of different groups (`face_group` is empty when there is one) are never adjacent: where they share an
     /// edge, it is a seam.
     pub fn of(faces: &[[u32; 3]], vertex_count: usize, face_group: &[u32]) -> DualGraph {
+        let opposite: Vec<AtomicU32> =
+            (0..faces.len() * 3).into_par_iter().map(|_| AtomicU32::new(NONE)).collect();
+        let finder = Finder { faces, face_group, opposite: &opposite };
+        let found: Vec<Found> = shares(vertex_count).map(|own| finder.edges_of(own)).collect();
+        let mut graph = DualGraph::default();
+        for mut part in found {
+            graph.seams.append(&mut part.seams);
+            graph.boundary_edges += part.boundary_edges;
+            graph.seam_edges += part.seam_edges;
+        }
+        graph.seams.sort_unstable();
+        graph.opposite = opposite.into_iter().map(AtomicU32::into_inner).collect();
+        graph
+    }
+}
+
+/// What stands beside the opposites of some edges.
+#[derive(Default)]
+struct Found {
+    seams: Vec<u32>,
+    boundary_edges: u64,
+    seam_edges: u64,
+}
+
+struct Finder<'a> {
+    faces: &'a [[u32; 3]],
+    face_group: &'a [u32],
+    /// Every half-edge is written once, by the thread that has its lower vertex.
+    opposite: &'a [AtomicU32],
+}
+
+impl Finder<'_> {
+    /// The edges whose lower vertex is one of `own`.
+    fn edges_of(&self, own: Range<usize>) -> Found {
+        let Finder { faces, .. } = self;
         // Half-edges in buckets of their lower vertex, as (upper vertex, half-edge) in one word.
-        let mut start = vec![0_u32; vertex_count + 1];
-        for_each_half_edge(faces, |_, from, to| start[from.min(to) as usize] += 1);
+        let mut start = vec![0_u32; own.len() + 1];
+        let bucket = |from: u32, to: u32| {
+            Some(from.min(to) as usize).filter(|v| own.contains(v)).map(|v| v - own.start)
+        };
+        for_each_half_edge(faces, |_, from, to| {
+            if let Some(v) = bucket(from, to) {
+                start[v] += 1;
+            }
+        });
         let mut sum = 0;
         for s in &mut start {
             sum += std::mem::replace(s, sum);
         }
         let mut bucketed = vec![0_u64; sum as usize];
         for_each_half_edge(faces, |half_edge, from, to| {
-            let slot = &mut start[from.min(to) as usize];
-            bucketed[*slot as usize] = u64::from(from.max(to)) << 32 | u64::from(half_edge);
-            *slot += 1;
+            if let Some(v) = bucket(from, to) {
+                let slot = &mut start[v];
+                bucketed[*slot as usize] = u64::from(from.max(to)) << 32 | u64::from(half_edge);
+                *slot += 1;
+            }
         });
-        let mut graph = DualGraph { opposite: vec![NONE; faces.len() * 3], ..DualGraph::default() };
+        let mut found = Found::default();
         let mut low = 0;
-        for &high in &start[..vertex_count] {
+        for &high in &start[..own.len()] {
             let bucket = &mut bucketed[low as usize..high as usize];
             bucket.sort_unstable();
             for edge in bucket.chunk_by(|a, b| a >> 32 == b >> 32) {
-                graph.add_edge(faces, face_group, edge);
+                self.add_edge(edge, &mut found);
             }
             low = high;
         }
-        graph.seams.sort_unstable();
-        graph
+        found
     }
 
-    fn add_edge(&mut self, faces: &[[u32; 3]], face_group: &[u32], users: &[u64]) {
+    fn add_edge(&self, users: &[u64], found: &mut Found) {
         let half_edge = |user: u64| user as u32;
-        let group = |user: u64| face_group.get(half_edge(user) as usize / 3);
+        let group = |user: u64| self.face_group.get(half_edge(user) as usize / 3);
         match *users {
-            [_] => self.boundary_edges += 1,
-            [a, b] if origin(faces, half_edge(a)) != origin(faces, half_edge(b)) && group(a) == group(b) => {
-                self.opposite[half_edge(a) as usize] = half_edge(b);
-                self.opposite[half_edge(b) as usize] = half_edge(a);
+            [_] => found.boundary_edges += 1,
+            [a, b]
+                if origin(self.faces, half_edge(a)) != origin(self.faces, half_edge(b))
+                    && group(a) == group(b) =>
+            {
+                self.opposite[half_edge(a) as usize].store(half_edge(b), Relaxed);
+                self.opposite[half_edge(b) as usize].store(half_edge(a), Relaxed);
             }
             _ => {
-                self.seam_edges += 1;
-                self.seams.extend(users.iter().map(|&u| half_edge(u)));
+                found.seam_edges += 1;
+                found.seams.extend(users.iter().map(|&u| half_edge(u)));
             }
         }
     }

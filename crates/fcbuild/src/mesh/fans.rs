@@ -1,52 +1,87 @@
 //! One vertex per fan: pinch (bow-tie) vertices and seams are taken apart by copying vertices.
 
 use super::dual_graph::{DualGraph, NONE, next_in_face, prev_in_face};
+use super::shares::{share, shares};
+use rayon::prelude::*;
 
 /// Gives every fan of faces around a vertex a vertex of its own.
 ///
 /// The first fan in face order keeps the vertex; each further one gets a copy, numbered from `vertex_count` on.
 /// Returns the original vertex of each copy.
 pub(super) fn split(faces: &mut [[u32; 3]], graph: &DualGraph, vertex_count: usize) -> Vec<u32> {
+    let several = with_several_fans(faces, graph, vertex_count);
     let mut copies = Vec::new();
+    if !several.contains(&true) {
+        return copies;
+    }
     let mut seen_corner = vec![false; faces.len() * 3];
     let mut seen_vertex = vec![false; vertex_count];
     for corner in 0..(faces.len() * 3) as u32 {
-        if seen_corner[corner as usize] {
+        let vertex = faces[corner as usize / 3][corner as usize % 3];
+        // A copy has been seen, and its number is beyond the list.
+        if seen_corner[corner as usize] || !several[vertex as usize] {
             continue;
         }
-        let vertex = faces[corner as usize / 3][corner as usize % 3];
         let name = if std::mem::replace(&mut seen_vertex[vertex as usize], true) {
             copies.push(vertex);
             (vertex_count + copies.len() - 1) as u32
         } else {
             vertex
         };
-        let mut visit = |corner: u32| {
+        visit_fan(graph, corner, |corner| {
             seen_corner[corner as usize] = true;
             faces[corner as usize / 3][corner as usize % 3] = name;
-        };
-        // Turn one way until the fan closes or ends; if it ended, turn the other way from the start.
-        let mut at = corner;
-        let closed = loop {
-            visit(at);
-            at = graph.opposite[prev_in_face(at) as usize];
-            if at == NONE || at == corner {
-                break at == corner;
-            }
-        };
-        if !closed {
-            at = corner;
-            loop {
-                let across = graph.opposite[at as usize];
-                if across == NONE {
-                    break;
-                }
-                at = next_in_face(across);
-                visit(at);
-            }
-        }
+        });
     }
     copies
+}
+
+/// The corners around a vertex that are reached from one of them across edges.
+fn visit_fan(graph: &DualGraph, corner: u32, mut visit: impl FnMut(u32)) {
+    // Turn one way until the fan closes or ends; if it ended, turn the other way from the start.
+    let mut at = corner;
+    loop {
+        visit(at);
+        at = graph.opposite[prev_in_face(at) as usize];
+        if at == corner {
+            return;
+        }
+        if at == NONE {
+            break;
+        }
+    }
+    at = corner;
+    loop {
+        let across = graph.opposite[at as usize];
+        if across == NONE {
+            return;
+        }
+        at = next_in_face(across);
+        visit(at);
+    }
+}
+
+/// For each vertex, whether the fan of one of its corners leaves others out.
+fn with_several_fans(faces: &[[u32; 3]], graph: &DualGraph, vertex_count: usize) -> Vec<bool> {
+    let mut several = vec![false; vertex_count];
+    several.par_chunks_mut(share(vertex_count)).zip(shares(vertex_count)).for_each(|(several, own)| {
+        // Its first corner and how many it has.
+        let mut corners = vec![(NONE, 0_u32); own.len()];
+        for (corner, &v) in faces.as_flattened().iter().enumerate() {
+            if let Some((first, count)) = (v as usize).checked_sub(own.start).and_then(|v| corners.get_mut(v))
+            {
+                *first = (*first).min(corner as u32);
+                *count += 1;
+            }
+        }
+        for (several, (first, mut left)) in several.iter_mut().zip(corners) {
+            if first != NONE {
+                visit_fan(graph, first, |_| left -= 1);
+                *several = left > 0;
+            }
+        }
+    });
+    several
 }
 
 #[cfg(test)]

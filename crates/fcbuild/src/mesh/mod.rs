@@ -5,6 +5,7 @@ mod components;
 mod dual_graph;
 mod fans;
 mod orientation;
+mod shares;
 pub(crate) mod units;
 mod weld;
 
@@ -18,6 +19,7 @@ use crate::error::Error;
 use crate::import::{Group, Soup, Tally};
 use attributes::Attributes;
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// The largest number of faces that half-edge indices below 2^31 allow.
 pub const MAX_FACES: u64 = (1 << 31) / 3 - 1;
@@ -67,7 +69,7 @@ impl Mesh {
             .remedy("a welding distance larger than the model does that; try --weld exact"));
         }
         let mut faces: Vec<[u32; 3]> =
-            kept.iter().map(|&f| triangles[f as usize].map(|v| representative[v as usize])).collect();
+            kept.par_iter().map(|&f| triangles[f as usize].map(|v| representative[v as usize])).collect();
         drop(triangles);
         let (face_group, group_names) = group_of_faces(&kept, groups);
         drop(kept);

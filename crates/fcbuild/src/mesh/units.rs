@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::import::Positions;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 /// An exact change of units: the box of the used vertices gets a longest side in [1, 2).
 ///
@@ -28,13 +29,17 @@ impl Units {
         positions: Positions,
         triangles: &[[u32; 3]],
     ) -> Result<(Units, Vec<Vec3>, Vec<Vec3>), Error> {
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for &v in triangles.iter().flatten() {
-            if let Some(p) = positions.get(v as usize) {
-                low = low.min(p.into());
-                high = high.max(p.into());
-            }
-        }
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let around = |(low, high): (DVec3, DVec3), v: &u32| match positions.get(*v as usize) {
+            // Adding zero turns minus zero into zero, so that the order of equals does not matter.
+            Some(p) => (low.min(DVec3::from(p) + 0.0), high.max(DVec3::from(p) + 0.0)),
+            None => (low, high),
+        };
+        let (mut low, mut high) = triangles
+            .as_flattened()
+            .par_iter()
+            .fold(|| empty, around)
+            .reduce(|| empty, |a, b| (a.0.min(b.0), a.1.max(b.1)));
         if triangles.is_empty() {
             (low, high) = (DVec3::ZERO, DVec3::ZERO);
         }
@@ -63,7 +68,7 @@ impl Units {
             Positions::F32(v) => v.into_iter().map(|p| finite(p.into())).collect(),
             Positions::F64(v) => v.into_iter().map(|p| finite((DVec3::from(p) - origin).as_vec3())).collect(),
         };
-        let normal = stored.iter().map(|p| (p.as_dvec3() * factor).as_vec3()).collect();
+        let normal = stored.par_iter().map(|p| (p.as_dvec3() * factor).as_vec3()).collect();
         Ok((units, stored, normal))
     }
 

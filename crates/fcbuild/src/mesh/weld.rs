@@ -1,7 +1,11 @@
 //! Welding of vertices at equal positions, and the faces that survive it.
 
+use super::shares::shares;
 use crate::import::{DropReason, Tally};
 use glam::Vec3;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Which vertices become one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,14 +28,23 @@ pub(super) fn weld(positions: &[Vec3], weld: Weld) -> Vec<u32> {
 }
 
 fn weld_exact(positions: &[Vec3]) -> Vec<u32> {
-    let mut table = CellTable::for_items(positions.len());
-    let keys: Vec<[u32; 3]> = positions.iter().map(|p| p.to_array().map(|x| (x + 0.0).to_bits())).collect();
-    let mut representative = Vec::with_capacity(keys.len());
-    for (i, key) in keys.iter().enumerate() {
-        let slot = table.slot(*key, |other| keys[other as usize] == *key);
-        representative.push(*table.entry(slot, i as u32));
-    }
-    representative
+    let key = |i: usize| positions[i].to_array().map(|x| (x + 0.0).to_bits());
+    let representative: Vec<AtomicU32> =
+        (0..positions.len() as u32).into_par_iter().map(AtomicU32::new).collect();
+    // Equal positions have one hash, and so one thread.
+    let parts = rayon::current_num_threads();
+    (0..parts).into_par_iter().for_each(|part| {
+        let hash = |i: usize| Some(CellTable::hash(key(i))).filter(|h| (h >> 32) as usize % parts == part);
+        let own = (0..positions.len()).filter(|i| hash(*i).is_some()).count();
+        let mut table = CellTable::for_items(own);
+        for (i, representative) in representative.iter().enumerate() {
+            if let Some(hash) = hash(i) {
+                let slot = table.slot(hash, |other| key(other as usize) == key(i));
+                representative.store(*table.entry(slot, i as u32), Relaxed);
+            }
+        }
+    });
+    representative.into_iter().map(AtomicU32::into_inner).collect()
 }
 
 /// A grid of cells as wide as the distance: partners lie in the 27 cells around a point.
@@ -51,7 +64,8 @@ fn weld_within(positions: &[Vec3], distance: f64) -> Vec<u32> {
         let mut best = i as u32;
         for n in 0..27 {
             let near = [0, 1, 2].map(|axis| home[axis] + f64::from(n / [1, 3, 9][axis] % 3 - 1));
-            let slot = table.slot(hashed(near), |other| cell(positions[other as usize]) == near);
+            let slot =
+                table.slot(CellTable::hash(hashed(near)), |other| cell(positions[other as usize]) == near);
             let mut candidate = table.get(slot);
             while candidate != u32::MAX {
                 if positions[candidate as usize].as_dvec3().distance(p.as_dvec3()) <= distance {
@@ -63,7 +77,8 @@ fn weld_within(positions: &[Vec3], distance: f64) -> Vec<u32> {
         representative.push(best);
         if best == i as u32 {
             // Only representatives are entered, so a chain of near points cannot creep.
-            let slot = table.slot(hashed(home), |other| cell(positions[other as usize]) == home);
+            let slot =
+                table.slot(CellTable::hash(hashed(home)), |other| cell(positions[other as usize]) == home);
             let head = *table.entry(slot, i as u32);
             if head != i as u32 {
                 next_in_cell[i] = next_in_cell[head as usize];
@@ -84,14 +99,18 @@ impl CellTable {
         CellTable { slots: vec![u32::MAX; (2 * n + 2).next_power_of_two()] }
     }
 
-    /// The slot of the entry that `same` accepts, or the free slot where it belongs.
-    fn slot(&self, key: [u32; 3], same: impl Fn(u32) -> bool) -> usize {
-        let mask = self.slots.len() - 1;
+    fn hash(key: [u32; 3]) -> u64 {
         let mut hash = 0x9e37_79b9_7f4a_7c15_u64;
         for k in key {
             hash = (hash ^ u64::from(k)).wrapping_mul(0xff51_afd7_ed55_8ccd);
             hash ^= hash >> 32;
         }
+        hash
+    }
+
+    /// The slot of the entry that `same` accepts, or the free slot where it belongs.
+    fn slot(&self, hash: u64, same: impl Fn(u32) -> bool) -> usize {
+        let mask = self.slots.len() - 1;
         let mut slot = hash as usize & mask;
         while self.slots[slot] != u32::MAX && !same(self.slots[slot]) {
             slot = (slot + 1) & mask;
@@ -114,52 +133,62 @@ impl CellTable {
 
 /// The faces that keep three different vertices and repeat no earlier face; the others are counted.
 pub(super) fn keep_faces(triangles: &[[u32; 3]], representative: &[u32], tally: &mut Tally) -> Vec<u32> {
-    // Faces in buckets of their lowest vertex; within a bucket equal faces are neighbours once it is sorted.
-    let mut start = vec![0_u32; representative.len() + 1];
-    let mut rotated: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
-    for (i, t) in triangles.iter().enumerate() {
-        let t = rotate_lowest_first(t.map(|v| representative[v as usize]));
-        if t[0] == t[1] || t[1] == t[2] || t[2] == t[0] {
-            tally.dropped.add(DropReason::RepeatedIndex, i as u64, 1);
-            rotated.push([u32::MAX; 3]);
-        } else {
-            start[t[0] as usize] += 1;
-            rotated.push(t);
-        }
-    }
-    let mut sum = 0;
-    for s in &mut start {
-        sum += std::mem::replace(s, sum);
-    }
-    let mut bucketed = vec![0_u32; sum as usize];
-    for (i, t) in rotated.iter().enumerate().filter(|(_, t)| t[0] != u32::MAX) {
-        let slot = &mut start[t[0] as usize];
-        bucketed[*slot as usize] = i as u32;
-        *slot += 1;
-    }
-    // `start[v]` has moved to the end of bucket v.
-    let mut low = 0;
-    for &high in &start[..representative.len()] {
-        let bucket = &mut bucketed[low as usize..high as usize];
-        bucket.sort_unstable_by_key(|&i| (rotated[i as usize], i));
-        for k in 1..bucket.len() {
-            let (first, second) = (bucket[k - 1] as usize, bucket[k] as usize);
-            if rotated[first][..2] == rotated[second][..2] && rotated[first][2] & !MARK == rotated[second][2]
-            {
-                rotated[second][2] |= MARK;
-            }
-        }
-        low = high;
+    let mut rotated: Vec<[u32; 3]> = triangles
+        .par_iter()
+        .map(|t| {
+            let t = rotate_lowest_first(t.map(|v| representative[v as usize]));
+            if t[0] == t[1] || t[1] == t[2] || t[2] == t[0] { [u32::MAX; 3] } else { t }
+        })
+        .collect();
+    let repeated: Vec<Vec<u32>> =
+        shares(representative.len()).map(|own| repeated_faces(&rotated, own)).collect();
+    for face in repeated.into_iter().flatten() {
+        rotated[face as usize][2] |= MARK;
     }
     let mut kept = Vec::with_capacity(triangles.len());
-    for (i, t) in rotated.iter().enumerate().filter(|(_, t)| t[0] != u32::MAX) {
-        if t[2] & MARK == 0 {
+    for (i, t) in rotated.iter().enumerate() {
+        if t[0] == u32::MAX {
+            tally.dropped.add(DropReason::RepeatedIndex, i as u64, 1);
+        } else if t[2] & MARK == 0 {
             kept.push(i as u32);
         } else {
             tally.dropped.add(DropReason::Duplicate, i as u64, 1);
         }
     }
     kept
+}
+
+/// The faces that repeat an earlier one, of those whose lowest vertex is one of `own`.
+fn repeated_faces(rotated: &[[u32; 3]], own: Range<usize>) -> Vec<u32> {
+    // Faces in buckets of their lowest vertex; within a bucket equal faces are neighbours once it is sorted.
+    let mut start = vec![0_u32; own.len() + 1];
+    let bucket = |t: &[u32; 3]| Some(t[0] as usize).filter(|v| own.contains(v)).map(|v| v - own.start);
+    for v in rotated.iter().filter_map(bucket) {
+        start[v] += 1;
+    }
+    let mut sum = 0;
+    for s in &mut start {
+        sum += std::mem::replace(s, sum);
+    }
+    let mut bucketed = vec![0_u32; sum as usize];
+    for (i, t) in rotated.iter().enumerate() {
+        if let Some(v) = bucket(t) {
+            let slot = &mut start[v];
+            bucketed[*slot as usize] = i as u32;
+            *slot += 1;
+        }
+    }
+    let mut repeated = Vec::new();
+    let mut low = 0;
+    // `start[v]` has moved to the end of bucket v.
+    for &high in &start[..own.len()] {
+        let bucket = &mut bucketed[low as usize..high as usize];
+        bucket.sort_unstable_by_key(|&i| (rotated[i as usize], i));
+        let pairs = bucket.windows(2).filter(|pair| rotated[pair[0] as usize] == rotated[pair[1] as usize]);
+        repeated.extend(pairs.map(|pair| pair[1]));
+        low = high;
+    }
+    repeated
 }
 
 /// Vertex indices stay below 2^31 (three half-edges a face do), so the top bit can mark a repeated face.
