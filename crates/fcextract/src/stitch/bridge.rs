@@ -70,8 +70,9 @@ impl Bridge {
         }
         loop_ends.clear();
         loop_ends.push(joined.len());
-        std::mem::swap(vertices, joined);
-        std::mem::swap(points, at);
+        // Copied and not swapped: buffers that change places would grow again and again.
+        vertices.clone_from(joined);
+        points.clone_from(at);
     }
 }
 
