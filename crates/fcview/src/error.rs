@@ -5,6 +5,9 @@ use std::path::PathBuf;
 /// An error of the viewer; its text says what happened, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
+    /// The program has failed by a bug of its own.
+    #[error("fcview failed by a bug of its own; please report it with the command and the input")]
+    Bug,
     /// No graphics adapter answers on any backend.
     #[error(
         "no graphics adapter found (backends tried: {backends}); install a graphics driver, or a software \
@@ -268,6 +271,7 @@ impl Error {
             | Error::NoWindow { .. } => 6,
             Error::PictureSize { .. } | Error::BufferSize { .. } => 5,
             Error::Camera { .. } | Error::SameFile { .. } | Error::Output { .. } => 2,
+            Error::Bug => 1,
             Error::CameraPath { .. } => 3,
             Error::Read { .. }
             | Error::Write { .. }
@@ -308,6 +312,7 @@ impl Error {
             Error::NoWindow { .. } => "FC608",
             Error::NoAdapterOnBackend { .. } => "FC609",
             Error::DeviceMemory { .. } => "FC610",
+            Error::Bug => "FC901",
             Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => error.code(),
         }
     }

@@ -5,6 +5,7 @@ use fcview::cli::Cli;
 use fcview::stats::counted;
 use fcview::{Error, headless};
 use std::io::Write;
+use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -16,11 +17,12 @@ fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
-    let done = if cli.headless { run_headless(&cli) } else { run_window(&cli) };
-    match done {
+    let run = || if cli.headless { run_headless(&cli) } else { run_window(&cli) };
+    // The last net: what panics is our bug, and unwinding has removed the temporaries.
+    match panic::catch_unwind(AssertUnwindSafe(run)).unwrap_or(Err(Error::Bug)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error[{}]: {error}", error.code());
+            say(&format!("error[{}]: {error}", error.code()));
             ExitCode::from(error.exit_code())
         }
     }
@@ -54,7 +56,12 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
 }
 
 fn warn(text: &str) {
-    eprintln!("warning: {text}");
+    say(&format!("warning: {text}"));
+}
+
+/// A line on standard error, where anyone reads it.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
 #[cfg(feature = "window")]

@@ -241,3 +241,35 @@ fn choose_adapter(
         .next()
         .ok_or_else(|| Error::NoAdapter { backends: crate::error::built_backends(backends) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn buffer(gpu: &Gpu, size: u64) {
+        let usage = wgpu::BufferUsages::VERTEX;
+        let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+        drop(gpu.device.create_buffer(&descriptor));
+    }
+
+    #[test]
+    fn a_bad_call_is_reported_once_and_the_device_goes_on() {
+        let gpu = Gpu::headless().expect("this test needs a graphics adapter");
+        buffer(&gpu, u64::MAX);
+        assert!(matches!(gpu.check(), Err(Error::Device { .. })));
+        gpu.check().expect("it was reported");
+        buffer(&gpu, 64);
+        gpu.wait("nothing").expect("the device goes on");
+    }
+
+    #[test]
+    fn a_lost_device_says_so_at_every_check_and_keeps_quiet_at_calls() {
+        let gpu = Gpu::headless().expect("this test needs a graphics adapter");
+        gpu.lose();
+        for _ in 0..3 {
+            buffer(&gpu, 64);
+            assert!(matches!(gpu.check(), Err(Error::DeviceLost { .. })));
+            assert!(matches!(gpu.wait("nothing"), Err(Error::DeviceLost { .. })));
+        }
+    }
+}

@@ -143,17 +143,11 @@ impl<'a> App<'a> {
             Ok(stats) => {
                 self.panel.note(&stats);
                 self.good = self.navigation;
-                self.complaints = 0;
             }
             // A camera without a view gives way to the last that had one.
             Err(Error::Camera { reason }) => {
                 self.panel.message = reason.to_owned();
                 self.navigation = self.good;
-            }
-            Err(Error::Device { message }) if self.complaints < COMPLAINTS => {
-                self.complaints += 1;
-                self.panel.message = message;
-                screen.window.request_redraw();
             }
             Err(error) => return Err(error),
         }
@@ -199,7 +193,10 @@ impl<'a> App<'a> {
     /// Draws a frame, again after a failure for which there is a remedy.
     fn frame_or_remedy(&mut self, event_loop: &ActiveEventLoop) {
         let failure = match self.frame() {
-            Ok(()) => return self.recovery.drawn(),
+            Ok(()) => {
+                self.complaints = 0;
+                return self.recovery.drawn();
+            }
             Err(failure) => failure,
         };
         let remedied = match self.recovery.remedy(failure) {
@@ -211,6 +208,11 @@ impl<'a> App<'a> {
                 if let Some(screen) = &mut self.screen {
                     screen.renderer.evict();
                 }
+                Ok(())
+            }
+            Err(Error::Device { message }) if self.complaints < COMPLAINTS => {
+                self.complaints += 1;
+                self.panel.message = message;
                 Ok(())
             }
             Err(Error::DeviceMemory { .. }) if self.panel.coarsen(2.0) => {

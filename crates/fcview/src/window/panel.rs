@@ -171,7 +171,6 @@ impl Panel {
             ui.checkbox(&mut self.options.wireframe, "Wireframe");
         });
         ui.horizontal(|ui| {
-            ui.label("Colour");
             for (mode, name) in COLORS {
                 ui.selectable_value(&mut self.options.color, mode, name);
             }
