@@ -149,6 +149,9 @@ impl Selection {
 
     #[inline]
     fn refines(&self, key: f32, sphere: impl FnOnce() -> (DVec3, f64)) -> bool {
+        if self.regions.is_empty() {
+            return self.tolerance.refines(key, sphere);
+        }
         Tolerance::is_over(key, self.allowed(sphere))
     }
 

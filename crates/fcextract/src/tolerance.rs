@@ -39,6 +39,10 @@ impl Tolerance {
     /// only if this is. In doubt (NaN) it refines.
     #[inline]
     pub fn refines(&self, key: f32, sphere: impl FnOnce() -> (DVec3, f64)) -> bool {
+        if let Tolerance::Perspective(view) = self {
+            let (center, radius) = sphere();
+            return view.is_exceeded(f64::from(key), center, radius);
+        }
         Tolerance::is_over(key, self.allowed(sphere))
     }
 
@@ -96,13 +100,42 @@ impl Perspective {
         if self.axis == DVec3::ZERO {
             return self.slope * nearest;
         }
-        // The cosine of the largest angle off the axis in the sphere: cos(angle to the centre + asin(r / d)).
+        let cos_farthest = self.cos_farthest(to_center, distance, radius);
+        self.slope * nearest * cos_farthest * cos_farthest
+    }
+
+    /// Whether a length is more than what is allowed in a sphere: exactly what comparing it with [`Perspective::at`] says,
+    /// mostly without finding out the angle, which takes longest.
+    #[inline]
+    fn is_exceeded(&self, length: f64, center: DVec3, radius: f64) -> bool {
+        let to_center = center - self.eye;
+        let distance = to_center.length();
+        let nearest = distance - radius;
+        if nearest <= 0.0 {
+            return length > 0.0 || length.is_nan();
+        }
+        // No more is allowed than in the image centre, and no less than in its corner; products of rounded numbers keep
+        // that order.
+        let most = (self.slope * nearest).min(f64::MAX);
+        if length > most || length.is_nan() || most.is_nan() {
+            return true;
+        }
+        let corner = self.corner_cos.max(0.0);
+        if self.axis == DVec3::ZERO || length <= most * corner * corner {
+            return false;
+        }
+        let cos_farthest = self.cos_farthest(to_center, distance, radius);
+        length > most * cos_farthest * cos_farthest
+    }
+
+    /// The cosine of the largest angle off the axis in a sphere, but no less than that of the corner.
+    fn cos_farthest(&self, to_center: DVec3, distance: f64, radius: f64) -> f64 {
+        // cos(angle to the centre + asin(r / d)).
         let cos = (to_center.dot(self.axis) / distance).clamp(-1.0, 1.0);
         let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
         let sin_sphere = radius / distance;
         let cos_sphere = ((1.0 - sin_sphere) * (1.0 + sin_sphere)).sqrt();
-        let cos_farthest = (cos * cos_sphere - sin * sin_sphere).max(self.corner_cos);
-        self.slope * nearest * cos_farthest * cos_farthest
+        (cos * cos_sphere - sin * sin_sphere).max(self.corner_cos).min(1.0)
     }
 }
 
@@ -143,6 +176,29 @@ mod tests {
             }
         }
         assert!(tightest > 0.9, "the tolerance wastes {tightest}");
+    }
+
+    #[test]
+    fn the_short_way_to_compare_agrees_with_the_long_one() {
+        let mut state = 5;
+        let mut signed = || random(&mut state) * 2.0 - 1.0;
+        let mut refined = 0;
+        for round in 0..50_000 {
+            let axis = if round % 10 == 0 { DVec3::ZERO } else { DVec3::Y };
+            let corner_cos = if round % 7 == 0 { signed() } else { 0.6 };
+            let view = Perspective { eye: DVec3::new(0.1, -2.0, 0.4), axis, slope: 0.01, corner_cos };
+            let (center, radius) = (DVec3::new(signed(), signed(), signed()) * 3.0, signed().abs());
+            let allowed = view.at(center, radius);
+            // Around what is allowed, and exactly that.
+            let near = (allowed * (1.0 + 0.5 * signed() * signed().abs())) as f32;
+            for key in [near, allowed as f32, 0.0, f32::INFINITY, f32::NAN] {
+                let expected = f64::from(key) > allowed || key.is_nan();
+                let found = Tolerance::Perspective(view).refines(key, || (center, radius));
+                assert_eq!(found, expected, "{key} of {allowed} for {view:?}");
+                refined += u32::from(found);
+            }
+        }
+        assert!((100_000..200_000).contains(&refined), "{refined}");
     }
 
     #[test]
