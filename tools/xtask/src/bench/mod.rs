@@ -14,6 +14,7 @@ mod culling;
 mod cut;
 mod distance;
 mod drawn;
+mod extract;
 mod input;
 mod ledger;
 mod nearest;
@@ -23,9 +24,13 @@ mod process;
 mod quality;
 mod sampling;
 mod scores;
+mod screen;
+mod speed;
 mod subdivision;
 mod table;
 mod targets;
+mod view;
+mod walk;
 
 /// Something to measure.
 #[derive(Debug, Subcommand)]
@@ -34,6 +39,8 @@ pub(crate) enum Bench {
     Quality(quality::Args),
     /// Time, memory and size of building a tree.
     Build(build::Args),
+    /// Time of an extraction, by triangles; triangles beside cluster LOD at the same error on the screen.
+    Extract(extract::Args),
     /// What bounds let a viewer leave out, against the paper's tree.
     Culling(culling::Args),
 }
@@ -52,6 +59,7 @@ pub(crate) fn run(bench: &Bench) -> Result<(), Box<dyn Error>> {
     match bench {
         Bench::Quality(args) => quality::run(args),
         Bench::Build(args) => build::run(args),
+        Bench::Extract(args) => extract::run(args),
         Bench::Culling(args) => culling::run(args),
     }
 }

@@ -98,6 +98,20 @@ pub(crate) const FILE: f64 = 45.0;
 /// Largest ratio of time over n log n between a mesh and one that is smaller: one, and what noise adds.
 pub(crate) const GROWTH: f64 = 1.1;
 
+/// Most nanoseconds of an extraction for each triangle on one thread, on meshes from [`LARGE`] faces on, and in a frame
+/// of many culled instances.
+pub(crate) const EXTRACTION: f64 = 60.0;
+pub(crate) const FRAME: f64 = 100.0;
+
+/// Least gain of two threads, on meshes from [`LARGE`] faces on.
+pub(crate) const GAIN: f64 = 1.7;
+
+/// Largest ratio of nanoseconds a triangle between a walk in jumps and one in steps.
+pub(crate) const JUMP: f64 = 1.1;
+
+/// Largest ratio of our triangles to cluster LOD's at the same error on the screen.
+pub(crate) const SCREEN: f64 = 0.9;
+
 #[cfg(test)]
 mod tests {
     use super::*;

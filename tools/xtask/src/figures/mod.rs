@@ -21,7 +21,7 @@ mod output;
 mod page;
 mod palette;
 mod picture;
-mod plot;
+pub(crate) mod plot;
 mod raster;
 mod regions;
 mod sampling;
