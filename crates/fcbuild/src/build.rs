@@ -1,5 +1,6 @@
 //! The stages in a row: from a soup to the records of a tree file.
 
+use crate::arcs::activity::Asking;
 use crate::arcs::corners::{self, Registered};
 use crate::arcs::{activity, curves, flaps, loops::Loops};
 use crate::bounds::Slack;
@@ -137,9 +138,8 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     drop(of_face);
     let component_count = components.len();
     drop(components);
-    let mut mesh = TreeMesh::new(mesh, &hierarchy);
-    let (mode, splits) = (hierarchy.mode, hierarchy.splits);
-    drop(hierarchy.order);
+    let Hierarchy { splits, order, mode } = hierarchy;
+    let mut mesh = TreeMesh::new(mesh, order);
     let mut loops = Loops::of(&mesh, &splits);
     clock.lap(Phase::Boundaries);
 
@@ -158,11 +158,22 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     if mode == SplitMode::Quality {
         bounds::raise_keys(&mut nodes);
     }
+    mesh.forget_normals();
     let slack = Slack::of(mode);
     bounds::loosen(&mut nodes, slack);
     let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, cones)?;
-    let vertices = mesh.positions.len();
-    let mut activity = activity::gather(vertices, &registrations, &curve_records, &nodes, &clusters, slack);
+    let mut activity = {
+        let (registrations, curves) = (&registrations, &curve_records);
+        let asking = Asking {
+            mesh: &mesh,
+            splits: &splits,
+            registrations,
+            curves,
+            nodes: &nodes,
+            clusters: &clusters,
+        };
+        activity::gather(&asking, slack)
+    };
     drop((registrations, curve_records));
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
     activity::raise(&uncovered, slack, &mut activity);
@@ -171,10 +182,10 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }
+    mesh.forget_adjacency();
+    loops.starts_at_end = Vec::new();
     let displaced = displacement::displacements(&mesh, &splits, &loops, &nodes, &activity);
     drop(nodes);
-    mesh.keep_what_is_stored();
-    loops.starts_at_end = Vec::new();
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);

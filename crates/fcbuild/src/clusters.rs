@@ -20,6 +20,10 @@ impl Scale {
         round_up(f64::from(length) * self.0)
     }
 
+    fn square(self, area: f32) -> f32 {
+        (f64::from(area) * self.0 * self.0) as f32
+    }
+
     /// A stored sphere in normal units. Exact, since the scale is a power of two.
     fn sphere_back(self, node: &Node) -> Sphere {
         let center = Vec3::from(node.center).as_dvec3() / self.0;
@@ -62,9 +66,9 @@ impl Clusters for Measurements<'_> {
             budget: self.scale.up(bounds.budget),
             axis: cone.axis.to_array(),
             cos: cone.cos,
-            epsilon: (split.epsilon * self.scale.0 * self.scale.0) as f32,
+            epsilon: self.scale.square(split.epsilon),
             plane: split.normal.to_array(),
-            offset: split.offset * self.scale.0,
+            offset: f64::from(split.offset) * self.scale.0,
         }
     }
 
@@ -134,7 +138,7 @@ pub(crate) fn pack(
     cones: Vec<Cone>,
 ) -> Result<PackedClusters, Error> {
     let scale = Scale(mesh.units.length());
-    if splits.iter().any(|s| !((s.epsilon * scale.0 * scale.0) as f32).is_finite()) {
+    if splits.iter().any(|s| !scale.square(s.epsilon).is_finite()) {
         return Err(too_large());
     }
     let clusters = Measurements { mesh, splits, loops, bounds, cones: &cones, scale };

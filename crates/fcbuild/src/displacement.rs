@@ -23,7 +23,7 @@ pub(crate) type Displacement = [Vec3; LEVELS];
 const LEVELS: usize = VertexRecord::DISPLACED_AT.len();
 
 /// Subtrees of at most this many faces are one task.
-const TASK: usize = 8192;
+const TASK: usize = 16_384;
 
 /// Holds a vertex to its place as a plane of this share of the clusters' area would in every direction: less lets
 /// vertices slide along nearly parallel planes, more leaves them where they are.
@@ -41,25 +41,30 @@ pub(crate) fn displacements(
     let around = Surroundings { mesh, splits, loops, bounds, keys, shared: shared_vertices(mesh) };
     let (tasks, above) = tasks(splits, bounds, mesh.faces.len());
     // Each task solves for the vertices that none but its own faces touch, and lists the rest.
-    let mut done: Vec<Task> = tasks.into_par_iter().map(|t| around.task(t)).collect();
+    let mut solved = vec![[Vec3::ZERO; LEVELS]; mesh.weld.len()];
+    let mut rest = solved.as_mut_slice();
+    let mut places = Vec::with_capacity(tasks.len());
+    for task in &tasks {
+        // The runs of the tasks follow one another.
+        let (own, after) = rest.split_at_mut(mesh.own_vertices(&task.faces).len());
+        places.push(own);
+        rest = after;
+    }
+    let mut done: Vec<Task> =
+        tasks.into_par_iter().zip(places).map(|(task, own)| around.task(task, own)).collect();
     let mut foreign = around.above(&above, &done);
     for task in &mut done {
         foreign.append(&mut task.foreign);
     }
     for (vertex, level, pull) in foreign {
-        // The runs of the tasks follow one another.
         let place = done.partition_point(|t| t.own.end <= vertex);
         let Some(task) = done.get_mut(place) else { continue };
         if let Ok(i) = task.border.binary_search_by_key(&vertex, |b| b.0) {
             task.border[i].1[level].add(&pull);
         }
     }
-    let mut solved = Vec::with_capacity(mesh.weld.len());
-    for task in done {
-        solved.extend(task.solved);
-        for (vertex, pulls) in task.border {
-            solved[vertex] = pulls.each_ref().map(Pull::solve);
-        }
+    for (vertex, pulls) in done.into_iter().flat_map(|task| task.border) {
+        solved[vertex] = pulls.each_ref().map(Pull::solve);
     }
     for v in 0..solved.len() {
         solved[v] = solved[mesh.weld[v] as usize];
@@ -119,7 +124,6 @@ struct Subtree {
 struct Task {
     /// The vertices that its faces are the first to use.
     own: Range<usize>,
-    solved: Vec<Displacement>,
     /// Own vertices that others pull at too, ascending.
     border: Vec<(usize, [Pull; LEVELS])>,
     /// Pulls at other vertices: vertex, level, pull.
@@ -166,7 +170,8 @@ fn children(splits: &[Split], bounds: &[NodeBounds], s: &Subtree) -> [Subtree; 2
 }
 
 impl Surroundings<'_> {
-    fn task(&self, root: Subtree) -> Task {
+    /// `solved` is for the vertices that the subtree's faces are the first to use.
+    fn task(&self, root: Subtree, solved: &mut [Displacement]) -> Task {
         let own = self.mesh.own_vertices(&root.faces);
         let first_face = root.faces.start;
         let mut areas = vec![0.0];
@@ -190,7 +195,7 @@ impl Surroundings<'_> {
         while let Some(s) = stack.pop() {
             let area = areas[s.faces.end - first_face] - areas[s.faces.start - first_face];
             if s.faces.len() == 1 {
-                let normal = self.mesh.face_normals[s.faces.start].as_dvec3();
+                let normal = self.mesh.normal_of_face(s.faces.start).as_dvec3();
                 for v in self.mesh.faces[s.faces.start] {
                     // A face is its own plane.
                     let pull = Pull::plane(normal, 0.0, area);
@@ -204,8 +209,10 @@ impl Surroundings<'_> {
             }
         }
         let border = (0..pulls.len()).filter(|v| is_border[*v]).map(|v| (own.start + v, pulls[v])).collect();
-        let solved = pulls.iter().map(|levels| levels.each_ref().map(Pull::solve)).collect();
-        Task { own, solved, border, foreign, first_face, area }
+        for (solved, levels) in solved.iter_mut().zip(&pulls) {
+            *solved = levels.each_ref().map(Pull::solve);
+        }
+        Task { own, border, foreign, first_face, area }
     }
 
     /// Which of the own vertices of a subtree others may pull at.
@@ -271,8 +278,8 @@ impl Surroundings<'_> {
         scratch.clear();
         for h in entries {
             let v = self.mesh.origin(h & !LAST);
-            let place = self.mesh.positions[v as usize].as_dvec3();
-            let height = normal.dot(place) - split.offset;
+            let place = self.mesh.position(v).as_dvec3();
+            let height = normal.dot(place) - f64::from(split.offset);
             scratch.push((v, height));
             let mut edge = |from: (DVec3, f64), to: (DVec3, f64)| {
                 let edge = from.0.distance(to.0);
@@ -322,7 +329,7 @@ impl Surroundings<'_> {
     }
 
     fn area(&self, face: usize) -> f64 {
-        let [a, b, c] = self.mesh.faces[face].map(|v| self.mesh.positions[v as usize].as_dvec3());
+        let [a, b, c] = self.mesh.faces[face].map(|v| self.mesh.position(v).as_dvec3());
         0.5 * (b - a).cross(c - a).length()
     }
 }

@@ -58,7 +58,7 @@ impl Records {
             vertices: vertices.ok_or_else(too_large)?,
             weld,
             polygons,
-            normals: normals.par_iter().map(|n| NormalRecord::encode(n.to_array())).collect(),
+            normals,
             colors,
             groups: Vec::new(),
         })

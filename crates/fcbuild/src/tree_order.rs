@@ -1,7 +1,7 @@
 //! The mesh renumbered into the order of the tree.
 
-use crate::mesh::{EdgeKind, Mesh, NONE, Units};
-use crate::partition::Hierarchy;
+use crate::mesh::{DualGraph, EdgeKind, Mesh, NONE, Units};
+use fct::NormalRecord;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -18,8 +18,8 @@ pub struct TreeMesh {
     pub stored: Vec<Vec3>,
     /// Position of each vertex, in normal units.
     pub positions: Vec<Vec3>,
-    /// Unit normal of each vertex.
-    pub normals: Vec<Vec3>,
+    /// Unit normal of each vertex, as the file stores it.
+    pub normals: Vec<NormalRecord>,
     /// Colour of each vertex, if the input had colours.
     pub colors: Option<Vec<[u8; 4]>>,
     /// For each vertex the lowest vertex at the same welded position.
@@ -39,20 +39,19 @@ pub struct TreeMesh {
 }
 
 impl TreeMesh {
-    /// Renumbers `mesh` by `hierarchy`.
-    pub fn new(mesh: Mesh, hierarchy: &Hierarchy) -> TreeMesh {
-        let n = hierarchy.order.len();
-        let mut place = vec![0_u32; n];
-        for (i, &f) in hierarchy.order.iter().enumerate() {
-            place[f as usize] = i as u32;
-        }
-        let mut new_name = vec![NONE; mesh.positions.len()];
-        let mut old_name = Vec::with_capacity(mesh.positions.len());
+    /// Renumbers `mesh` by the order of a tree.
+    ///
+    /// Each list of the mesh is freed as soon as it is copied: the next copy may take its place.
+    pub fn new(mesh: Mesh, order: Vec<u32>) -> TreeMesh {
+        let Mesh { units, stored, positions, normals, colors, weld, faces: old_faces, graph, .. } = mesh;
+        let n = order.len();
+        let mut new_name = vec![NONE; positions.len()];
+        let mut old_name = Vec::with_capacity(positions.len());
         let mut faces = Vec::with_capacity(n);
         let mut first_vertex = Vec::with_capacity(n + 1);
-        for &f in &hierarchy.order {
+        for &f in &order {
             first_vertex.push(old_name.len() as u32);
-            faces.push(mesh.faces[f as usize].map(|v| {
+            faces.push(old_faces[f as usize].map(|v| {
                 let name = &mut new_name[v as usize];
                 if *name == NONE {
                     *name = old_name.len() as u32;
@@ -62,49 +61,22 @@ impl TreeMesh {
             }));
         }
         first_vertex.push(old_name.len() as u32);
-
-        let half_edge = |old: u32| place[old as usize / 3] * 3 + old % 3;
-        let old_opposite = &mesh.graph.opposite;
-        let opposite = hierarchy
-            .order
-            .par_iter()
-            .flat_map_iter(|&f| {
-                let half_edge = &half_edge;
-                (0..3).map(move |e| match old_opposite[f as usize * 3 + e] {
-                    NONE => NONE,
-                    across => half_edge(across),
-                })
-            })
-            .collect();
-        let mut seams: Vec<u32> = mesh.graph.seams.iter().map(|&h| half_edge(h)).collect();
-        seams.sort_unstable();
-        let is_welded = mesh.weld.iter().enumerate().any(|(v, &w)| v != w as usize);
-        let weld = if is_welded {
-            let mut lowest = vec![NONE; mesh.positions.len()];
-            for (new, &old) in old_name.iter().enumerate() {
-                let low = &mut lowest[mesh.weld[old as usize] as usize];
-                *low = (*low).min(new as u32);
-            }
-            old_name.iter().map(|&old| lowest[mesh.weld[old as usize] as usize]).collect()
-        } else {
-            (0..old_name.len() as u32).collect()
-        };
-        let stored = in_order(&mesh.stored, &old_name);
-        // From the stored positions, as a reader sees them: a tiny face may be crooked in normal units.
-        let face_normals: Vec<Vec3> = faces
-            .par_iter()
-            .map(|f| {
-                let [a, b, c] = f.map(|v: u32| stored[v as usize].as_dvec3());
-                (b - a).cross(c - a).normalize_or_zero().as_vec3()
-            })
-            .collect();
+        drop((new_name, old_faces));
+        let (opposite, seams) = adjacency(graph, order);
+        let weld = lowest_copies(weld, &old_name);
+        let encode = |&old: &u32| NormalRecord::encode(normals[old as usize].to_array());
+        let encoded = old_name.par_iter().map(encode).collect();
+        drop(normals);
+        let stored = in_order(stored, &old_name);
+        let positions = in_order(positions, &old_name);
+        let face_normals: Vec<Vec3> = faces.par_iter().map(|f| normal_of(f, &stored)).collect();
         let flat_faces = (0..n as u32).filter(|&f| face_normals[f as usize] == Vec3::ZERO).collect();
         TreeMesh {
-            units: mesh.units,
+            units,
             stored,
-            normals: in_order(&mesh.normals, &old_name),
-            colors: mesh.colors.map(|colors| in_order(&colors, &old_name)),
-            positions: in_order(&mesh.positions, &old_name),
+            positions,
+            normals: encoded,
+            colors: colors.map(|colors| in_order(colors, &old_name)),
             weld,
             faces,
             face_normals,
@@ -115,13 +87,26 @@ impl TreeMesh {
         }
     }
 
-    /// Frees what only the search for boundaries and bounds needs: adjacency, face normals and positions in normal
-    /// units. What is left is what a file holds.
-    pub fn keep_what_is_stored(&mut self) {
-        self.positions = Vec::new();
+    /// Frees the normals of faces, which [`TreeMesh::normal_of_face`] finds again.
+    pub fn forget_normals(&mut self) {
         self.face_normals = Vec::new();
         self.flat_faces = Vec::new();
+    }
+
+    /// Frees what displacements do not need: adjacency, and positions, which [`TreeMesh::position`] finds again.
+    pub fn forget_adjacency(&mut self) {
         self.opposite = Vec::new();
+        self.positions = Vec::new();
+    }
+
+    /// Position of a vertex in normal units: [`TreeMesh::positions`] once more.
+    pub fn position(&self, vertex: u32) -> Vec3 {
+        self.units.normal(self.stored[vertex as usize])
+    }
+
+    /// Unit normal of a face, zero if its area is zero: [`TreeMesh::face_normals`] once more.
+    pub fn normal_of_face(&self, face: usize) -> Vec3 {
+        normal_of(&self.faces[face], &self.stored)
     }
 
     /// The vertices that faces of a range use first: all inside the cluster, and some on its boundary.
@@ -157,6 +142,40 @@ impl TreeMesh {
     }
 }
 
-fn in_order<T: Copy + Send + Sync>(of_old: &[T], old_name: &[u32]) -> Vec<T> {
+/// From the stored positions, as a reader sees them: a tiny face may be crooked in normal units.
+fn normal_of(face: &[u32; 3], stored: &[Vec3]) -> Vec3 {
+    let [a, b, c] = face.map(|v| stored[v as usize].as_dvec3());
+    (b - a).cross(c - a).normalize_or_zero().as_vec3()
+}
+
+/// The opposite of each half-edge, and the half-edges on seams, for faces in this order.
+fn adjacency(graph: DualGraph, order: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
+    let mut place = vec![0_u32; order.len()];
+    for (i, &f) in order.iter().enumerate() {
+        place[f as usize] = i as u32;
+    }
+    let half_edge = |old: u32| place[old as usize / 3] * 3 + old % 3;
+    let across = |old: u32| if old == NONE { NONE } else { half_edge(old) };
+    let opposite: Vec<[u32; 3]> =
+        order.par_iter().map(|&f| [0, 1, 2].map(|e| across(graph.opposite[f as usize * 3 + e]))).collect();
+    let mut seams: Vec<u32> = graph.seams.iter().map(|&h| half_edge(h)).collect();
+    seams.sort_unstable();
+    (opposite.into_flattened(), seams)
+}
+
+/// For each vertex in the new order the lowest vertex at the same welded position.
+fn lowest_copies(weld: Vec<u32>, old_name: &[u32]) -> Vec<u32> {
+    if weld.iter().enumerate().all(|(v, &w)| v == w as usize) {
+        return (0..old_name.len() as u32).collect();
+    }
+    let mut lowest = vec![NONE; weld.len()];
+    for (new, &old) in old_name.iter().enumerate() {
+        let low = &mut lowest[weld[old as usize] as usize];
+        *low = (*low).min(new as u32);
+    }
+    old_name.iter().map(|&old| lowest[weld[old as usize] as usize]).collect()
+}
+
+fn in_order<T: Copy + Send + Sync>(of_old: Vec<T>, old_name: &[u32]) -> Vec<T> {
     old_name.par_iter().map(|&old| of_old[old as usize]).collect()
 }

@@ -4,6 +4,9 @@ use super::corners::Registration;
 use super::curves::CurveRecord;
 use crate::bounds::{NodeBounds, Slack};
 use crate::clusters::PackedClusters;
+use crate::mesh::NONE;
+use crate::partition::Split;
+use crate::tree_order::TreeMesh;
 use fcgeom::{Sphere, round_up};
 use rayon::prelude::*;
 
@@ -35,37 +38,64 @@ impl Activity {
     }
 }
 
+/// What asks for vertices, and the numbers that they go by.
+pub(crate) struct Asking<'a> {
+    pub(crate) mesh: &'a TreeMesh,
+    pub(crate) splits: &'a [Split],
+    /// With ancestors before descendants, so a vertex's first sphere mostly holds the others.
+    pub(crate) registrations: &'a [Vec<Registration>],
+    pub(crate) curves: &'a [CurveRecord],
+    pub(crate) nodes: &'a [NodeBounds],
+    pub(crate) clusters: &'a PackedClusters,
+}
+
 /// Gathers the records of all welded vertices from what the splits register and curves ask for.
-///
-/// `registrations` come with ancestors before descendants, so a vertex's first sphere mostly holds the others.
-pub(crate) fn gather(
-    vertices: usize,
-    registrations: &[Vec<Registration>],
-    curves: &[CurveRecord],
-    nodes: &[NodeBounds],
-    clusters: &PackedClusters,
-    slack: Slack,
-) -> Vec<Activity> {
-    let mut records = vec![Activity::NEVER; vertices];
+pub(crate) fn gather(asking: &Asking<'_>, slack: Slack) -> Vec<Activity> {
+    let Asking { mesh, splits, registrations, curves, nodes, clusters } = asking;
+    let mut records = vec![Activity::NEVER; mesh.weld.len()];
+    let split_off = split_off(splits, mesh.faces.len());
     // Each thread goes through all registrations for some of the vertices: reading is the least of the work.
-    let share = vertices.div_ceil(rayon::current_num_threads()).max(1);
+    let share = records.len().div_ceil(rayon::current_num_threads()).max(1);
     records.par_chunks_mut(share).enumerate().for_each(|(i, records)| {
         let mut spheres = clusters.spheres();
         let mut last = (0, spheres.of_node(0));
-        for r in registrations.iter().flatten() {
-            if let Some(record) =
-                (r.vertex as usize).checked_sub(i * share).and_then(|place| records.get_mut(place))
-            {
-                if last.0 != r.node {
-                    last = (r.node, spheres.of_node(r.node));
+        let mut add = |vertex: u32, node: u32| {
+            let place = (vertex as usize).checked_sub(i * share);
+            if let Some(record) = place.and_then(|place| records.get_mut(place)) {
+                if last.0 != node {
+                    last = (node, spheres.of_node(node));
                 }
-                let node = &nodes[r.node as usize];
-                record.add(node.bound, node.budget, &last.1);
+                let bounds = &nodes[node as usize];
+                record.add(bounds.bound, bounds.budget, &last.1);
+            }
+        };
+        for r in registrations.iter().flatten() {
+            add(r.vertex, r.node);
+        }
+        for (face, &node) in mesh.faces.iter().zip(&split_off).filter(|(_, node)| **node != NONE) {
+            for &vertex in face {
+                add(mesh.weld[vertex as usize], node);
             }
         }
     });
     raise(curves, slack, &mut records);
     records
+}
+
+/// For each face the node whose split leaves it alone; [`NONE`] if it is the only face.
+fn split_off(splits: &[Split], faces: usize) -> Vec<u32> {
+    let mut split_off = vec![NONE; faces];
+    let mut stack = vec![(NONE, 0, 0, faces)];
+    while let Some((parent, node, first, faces)) = stack.pop() {
+        if faces == 1 {
+            split_off[first] = parent;
+        } else {
+            let left = splits[node].left_faces as usize;
+            stack.push((node as u32, node + left, first + left, faces - left));
+            stack.push((node as u32, node + 1, first, left));
+        }
+    }
+    split_off
 }
 
 /// Adds what curves ask for to the records.

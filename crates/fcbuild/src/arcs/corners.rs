@@ -21,6 +21,8 @@ pub struct Registration {
 /// What the walk down the tree finds.
 pub struct Registered {
     /// Registrations in pieces; in each piece, and from piece to piece, ancestors come before descendants.
+    ///
+    /// A split that leaves a single face needs all corners of it; they are not among these.
     pub registrations: Vec<Vec<Registration>>,
     /// The nested bounds of each node.
     pub nodes: Vec<NodeBounds>,
@@ -152,14 +154,14 @@ impl<'a> Walk<'a> {
             Child { node: node + left_faces, faces: middle..faces.end },
         ];
         let mut marks = Marks { mesh: self.mesh, registered, base: 3 * faces.start, node, out };
+        // The ends of arcs around a single face are corners of it.
+        let is_face = children.iter().any(|child| child.faces.len() == 1);
         let mut longest = [None; 2];
         for (i, child) in children.iter().enumerate() {
             let other = &children[1 - i].faces;
-            if let [_] = self.mesh.faces[child.faces.clone()] {
-                marks.register_face(child.faces.start);
-            }
             // Both sides see the same ends of arcs; they are recorded once.
-            longest[i] = self.inherit(child, other, i == 0, &mut marks);
+            let record = Record { closed_cuts: i == 0, ends: i == 0 && !is_face };
+            longest[i] = self.inherit(child, other, record, &mut marks);
         }
         for (i, child) in children.iter().enumerate() {
             // A polygon needs three corners on its longest loop, so that it does not collapse.
@@ -179,11 +181,11 @@ impl<'a> Walk<'a> {
         &self,
         child: &Child,
         sibling: &Range<usize>,
-        record: bool,
+        record: Record,
         marks: &mut Marks<'_>,
     ) -> Option<&'a [u32]> {
         if child.faces.len() == 1 {
-            if record {
+            if record.closed_cuts {
                 self.inherit_loop(&face_loop(child.faces.start), sibling, record, marks);
             }
             return None;
@@ -204,7 +206,7 @@ impl<'a> Walk<'a> {
         &self,
         entries: &[u32],
         sibling: &Range<usize>,
-        record: bool,
+        record: Record,
         marks: &mut Marks<'_>,
     ) -> usize {
         {
@@ -222,7 +224,7 @@ impl<'a> Walk<'a> {
                 } else if ends_here {
                     marks.set(h, true);
                 }
-                if ends_here && record {
+                if ends_here && record.ends {
                     marks.record(self.mesh.origin(h));
                 }
                 corners += usize::from(if now_cut || ends_here { ends_here } else { marks.get(h) });
@@ -230,7 +232,7 @@ impl<'a> Walk<'a> {
                 after_cut = now_cut;
             }
             // A closed cut has no ends: three anchors stand in for them.
-            if !open && record {
+            if !open && record.closed_cuts {
                 self.anchor(entries, sibling, marks);
             }
             corners
@@ -263,6 +265,13 @@ impl<'a> Walk<'a> {
     }
 }
 
+/// What of a child's cut is registered: both children see the same cut.
+#[derive(Clone, Copy)]
+struct Record {
+    ends: bool,
+    closed_cuts: bool,
+}
+
 fn face_loop(face: usize) -> [u32; 3] {
     let h = 3 * face as u32;
     [h, h + 1, (h + 2) | LAST]
@@ -289,12 +298,5 @@ impl Marks<'_> {
     fn record(&mut self, vertex: u32) {
         let vertex = self.mesh.weld[vertex as usize];
         self.out.push(Registration { vertex, node: self.node as u32 });
-    }
-
-    /// A child of a single face is drawn as that face: all three corners are needed.
-    fn register_face(&mut self, face: usize) {
-        for vertex in self.mesh.faces[face] {
-            self.record(vertex);
-        }
     }
 }

@@ -232,7 +232,7 @@ impl Tree<'_> {
     /// Zero for a cluster whose bound needs no covering.
     fn normal(&self, side: &Side) -> DVec3 {
         if side.faces.len() == 1 {
-            self.mesh.face_normals[side.face].as_dvec3()
+            self.mesh.normal_of_face(side.face).as_dvec3()
         } else if self.nodes[side.node].from_corners {
             DVec3::ZERO
         } else {

@@ -15,12 +15,12 @@ pub const LAST: u32 = 1 << 31;
 /// Boundary loops of all nodes, as half-edges with the cluster on their left.
 #[derive(Debug, Default)]
 pub struct Loops {
-    /// Half-edges of all loops, in postorder of the nodes; [`LAST`] marks each loop's last one.
-    pub half_edges: Vec<u32>,
-    /// Each node's first entry in `half_edges`.
-    pub start: Vec<u32>,
+    /// Half-edges of all loops, in postorder of the nodes; [`LAST`] marks each loop's last one. No node is cut apart.
+    pieces: Vec<Vec<u32>>,
+    /// Each node's first entry: the piece, and the place in it.
+    start: Vec<(u32, u32)>,
     /// Each node's number of entries.
-    pub len: Vec<u32>,
+    len: Vec<u32>,
     /// For each half-edge between two faces: the cut that it lies on ends, or branches, where it starts.
     ///
     /// Every such half-edge lies on the cut of exactly one node, the lowest one that owns both faces.
@@ -48,21 +48,20 @@ impl Loops {
             len: &mut len,
             added: Vec::new(),
         };
-        let pieces = subtree.collect_parallel();
+        let mut pieces = subtree.collect_parallel();
         drop((next, prev, stamp));
-        let mut half_edges = Vec::with_capacity(pieces.iter().map(Vec::len).sum());
-        // One by one, so that a piece is freed before the next is copied.
-        for piece in pieces {
-            half_edges.extend_from_slice(&piece);
-        }
-        let start = starts(splits, &len, faces);
-        Loops { half_edges, start, len, starts_at_end }
+        pieces.retain(|piece| !piece.is_empty());
+        let start = starts(splits, &pieces, &len, faces);
+        Loops { pieces, start, len, starts_at_end }
     }
 
     /// The loop entries of a node.
     pub fn of_node(&self, node: usize) -> &[u32] {
-        let start = self.start[node] as usize;
-        &self.half_edges[start..start + self.len[node] as usize]
+        let (piece, start) = self.start[node];
+        match self.len[node] as usize {
+            0 => &[],
+            len => &self.pieces[piece as usize][start as usize..start as usize + len],
+        }
     }
 }
 
@@ -71,15 +70,18 @@ pub fn split_loops(entries: &[u32]) -> impl Iterator<Item = &[u32]> {
     entries.split_inclusive(|h| h & LAST != 0)
 }
 
-/// Postorder offsets.
-fn starts(splits: &[Split], len: &[u32], faces: usize) -> Vec<u32> {
-    let mut start = vec![0; splits.len()];
-    let mut at = 0_u32;
+/// Where each node's entries are, in postorder.
+fn starts(splits: &[Split], pieces: &[Vec<u32>], len: &[u32], faces: usize) -> Vec<(u32, u32)> {
+    let mut start = vec![(0, 0); splits.len()];
+    let (mut piece, mut at) = (0, 0);
     let mut stack = if faces > 1 { vec![(0, faces, false)] } else { Vec::new() };
     while let Some((node, faces, children_done)) = stack.pop() {
         if children_done {
-            start[node] = at;
-            at += len[node];
+            start[node] = (piece as u32, at as u32);
+            at += len[node] as usize;
+            if pieces.get(piece).is_some_and(|p| at == p.len()) {
+                (piece, at) = (piece + 1, 0);
+            }
             continue;
         }
         stack.push((node, faces, true));
@@ -122,6 +124,7 @@ impl Subtree<'_> {
             if self.faces.len() > 1 {
                 self.collect(0, self.faces.clone(), &mut out);
             }
+            out.shrink_to_fit();
             return vec![out];
         }
         let left = self.splits[0].left_faces as usize;

@@ -122,8 +122,8 @@ impl<'a> Measurer<'a> {
             None if self.corners.is_empty() => f64::INFINITY,
             None => distance::from_corners(&self.points, longest_edge(mesh, &at.faces), &mut self.corners),
         };
-        let budget = if bound == f64::INFINITY { f64::INFINITY } else { split.key };
-        let (bound, budget) = (round_up(bound), round_up(budget));
+        let budget = if bound == f64::INFINITY { f32::INFINITY } else { split.key };
+        let bound = round_up(bound);
         let follows_cone = !from_corners && split.normal.dot(cone.axis) > FOLLOWS;
         let narrow_cone = cone.cos > FLAT_CONE;
         (NodeBounds { bound, budget, from_corners, follows_cone, narrow_cone }, cone)

@@ -62,14 +62,18 @@ impl Units {
         }
         let exponent = binary_exponent(size);
         let units = Units { exponent, origin };
-        let factor = power_of_two(-exponent);
         let finite = |p: Vec3| if p.is_finite() { p } else { Vec3::ZERO };
         let stored: Vec<Vec3> = match positions {
             Positions::F32(v) => v.into_iter().map(|p| finite(p.into())).collect(),
             Positions::F64(v) => v.into_iter().map(|p| finite((DVec3::from(p) - origin).as_vec3())).collect(),
         };
-        let normal = stored.par_iter().map(|p| (p.as_dvec3() * factor).as_vec3()).collect();
+        let normal = stored.par_iter().map(|p| units.normal(*p)).collect();
         Ok((units, stored, normal))
+    }
+
+    /// A stored position in normal units.
+    pub fn normal(&self, stored: Vec3) -> Vec3 {
+        (stored.as_dvec3() * power_of_two(-self.exponent)).as_vec3()
     }
 
     /// Length of one normal unit in the input's unit: a power of two.

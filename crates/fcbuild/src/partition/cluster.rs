@@ -89,9 +89,9 @@ impl Shape {
         Split {
             left_faces: left_faces as u32,
             joins_components: false,
-            epsilon: self.epsilon(),
-            key: self.epsilon().sqrt(),
-            offset: normal.dot(self.centroid()),
+            epsilon: self.epsilon() as f32,
+            key: self.epsilon().sqrt() as f32,
+            offset: normal.dot(self.centroid()) as f32,
             normal: normal.as_vec3(),
         }
     }

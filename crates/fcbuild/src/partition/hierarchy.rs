@@ -11,11 +11,11 @@ pub struct Split {
     /// True above the roots of components: the node's faces are not connected, so it is never drawn.
     pub joins_components: bool,
     /// Mean square distance of the cluster from its plane, in square normal units (`[Tsuji07]` 4.1).
-    pub epsilon: f64,
+    pub epsilon: f32,
     /// Budget key, a length in normal units: nodes of larger keys are refined first. Not monotone yet.
-    pub key: f64,
+    pub key: f32,
     /// Where the plane is: `normal . x` for its points, in normal units.
-    pub offset: f64,
+    pub offset: f32,
     /// Unit normal of the cluster's plane, on the side of the mean normal; zero if it has none.
     pub normal: Vec3,
 }

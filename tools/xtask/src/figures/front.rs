@@ -52,7 +52,7 @@ impl<'a> Front<'a> {
     fn push(&mut self, node: usize, first: usize, faces: usize) {
         let epsilon = match self.hierarchy.splits.get(node) {
             Some(s) if faces > 1 && s.joins_components => f64::INFINITY,
-            Some(s) if faces > 1 => s.epsilon,
+            Some(s) if faces > 1 => f64::from(s.epsilon),
             _ => 0.0,
         };
         self.clusters.push(Cluster { epsilon, node, first, faces });

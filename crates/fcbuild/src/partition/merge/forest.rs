@@ -41,9 +41,9 @@ impl Layout<'_> {
         *own = Split {
             left_faces: left_faces as u32,
             joins_components: merge.key == f32::INFINITY,
-            epsilon: f64::from(merge.epsilon),
-            key: f64::from(merge.key),
-            offset: f64::from(merge.offset),
+            epsilon: merge.epsilon,
+            key: merge.key,
+            offset: merge.offset,
             normal: merge.normal,
         };
         let (splits_l, splits_r) = below.split_at_mut(left_faces - 1);

@@ -36,6 +36,9 @@ const CELL: usize = 4096;
 /// One cluster of a cell in so many is left.
 const SHRINK: usize = 8;
 
+/// Cells that each thread merges before their results are put away: more wait less for one another, and take memory.
+const CELLS_AT_ONCE: usize = 16;
+
 /// So many clusters are merged in one queue.
 const LAST_ROUND: usize = 16_384;
 
@@ -59,8 +62,10 @@ pub(super) fn merge_all(
     }
     let degree = degrees(&edges, &boundary);
     let last = cells::merge_clusters(rule, clusters, edges, &degree, 1);
-    let (clusters, _) = forest.add([last]);
-    let root = forest.join(components, &clusters)?;
+    let mut round = Round::default();
+    forest.add(&last, &mut round);
+    drop(last);
+    let root = forest.join(components, &round.clusters)?;
     let (splits, order) = forest::lay_out(&forest.merges, root, faces);
     let mode = if rule == Rule::Quality { SplitMode::Quality } else { SplitMode::Merge };
     Some(Hierarchy { splits, order, mode })
@@ -95,15 +100,14 @@ impl Forest {
             degree[v as usize] = degree[v as usize].saturating_add(1);
         }
         let along = Faces { mesh, order: &order, place: &place, component: &component, degree: &degree };
-        let rounds: Vec<Merged> = (0..order.len().div_ceil(CELL))
-            .into_par_iter()
-            .map(|i| {
-                let len = CELL.min(order.len() - i * CELL);
-                let merged = cells::merge_faces(self.rule, &along, i * CELL, len, len / SHRINK);
-                progress(len as u64);
-                merged
-            })
-            .collect();
+        let cells: Vec<usize> = (0..order.len()).step_by(CELL).collect();
+        let rule = self.rule;
+        let round = self.cells(cells, |first| {
+            let len = CELL.min(order.len() - first);
+            let merged = cells::merge_faces(rule, &along, first, len, len / SHRINK);
+            progress(len as u64);
+            merged
+        });
         // Edges between cells, by the later of their faces.
         let crossing: Vec<(u32, u32, Edge)> = order
             .par_iter()
@@ -121,7 +125,7 @@ impl Forest {
                 })
             })
             .collect();
-        self.collect(rounds, crossing)
+        collect(round, crossing)
     }
 
     /// A later round: cells of clusters.
@@ -149,63 +153,41 @@ impl Forest {
                 crossing.push((a, b, edge));
             }
         }
-        let rounds: Vec<Merged> = order
-            .par_chunks(CELL)
-            .zip(inside)
-            .map(|(cell, edges)| {
-                let own = cell.iter().map(|&c| clusters[c as usize]).collect();
-                cells::merge_clusters(self.rule, own, edges, &degree, cell.len() / SHRINK)
-            })
-            .collect();
-        self.collect(rounds, crossing)
-    }
-
-    /// Puts the cells of a round together, and the edges between them, which are given by places.
-    fn collect(&mut self, rounds: Vec<Merged>, crossing: Vec<(u32, u32, Edge)>) -> (Vec<Cluster>, Vec<Edge>) {
-        let mut first = Vec::with_capacity(rounds.len());
-        let mut sum = 0;
-        for r in &rounds {
-            first.push(sum);
-            sum += r.clusters.len() as u32;
-        }
-        let now = |place: u32| {
-            let (cell, at) = (place as usize / CELL, place as usize % CELL);
-            first[cell] + rounds[cell].now[at]
-        };
-        let mut crossing: Vec<Edge> = crossing
-            .into_par_iter()
-            .map(|(a, b, edge)| {
-                let [a, b] = [now(a), now(b)];
-                Edge { clusters: [a.min(b), a.max(b)], ..edge }
-            })
-            .collect();
-        crossing.par_sort_by_key(|e| e.clusters);
-        crossing.dedup_by(|piece, edge| {
-            let same = piece.clusters == edge.clusters;
-            if same {
-                edge.absorb(piece);
-            }
-            same
+        let cells: Vec<_> = order.chunks(CELL).zip(inside).collect();
+        let rule = self.rule;
+        let round = self.cells(cells, |(cell, edges)| {
+            let own = cell.iter().map(|&c| clusters[c as usize]).collect();
+            cells::merge_clusters(rule, own, edges, &degree, cell.len() / SHRINK)
         });
-        let (clusters, mut edges) = self.add(rounds);
-        edges.extend(crossing);
-        (clusters, edges)
+        collect(round, crossing)
     }
 
-    /// Appends the merges of a round; its clusters and edges come back numbered across cells.
-    fn add(&mut self, rounds: impl IntoIterator<Item = Merged>) -> (Vec<Cluster>, Vec<Edge>) {
-        let (mut clusters, mut edges) = (Vec::new(), Vec::new());
-        for round in rounds {
-            let first_merge = (self.faces + self.merges.len()) as u32;
-            let first_cluster = clusters.len() as u32;
-            let global = |r: u32| if r & LOCAL != 0 { first_merge + (r & !LOCAL) } else { r };
-            self.merges.extend(round.merges.iter().map(|m| Merge { children: m.children.map(global), ..*m }));
-            clusters.extend(round.clusters.iter().map(|c| Cluster { root: global(c.root), ..*c }));
-            edges.extend(
-                round.edges.iter().map(|e| Edge { clusters: e.clusters.map(|c| c + first_cluster), ..*e }),
-            );
+    /// Merges inside cells, some of them at once, and appends their merges.
+    fn cells<C: Send>(&mut self, cells: Vec<C>, merge: impl Fn(C) -> Merged + Sync) -> Round {
+        let mut round = Round::default();
+        let mut rest = cells.into_iter();
+        loop {
+            let some: Vec<C> = rest.by_ref().take(CELLS_AT_ONCE * rayon::current_num_threads()).collect();
+            if some.is_empty() {
+                return round;
+            }
+            let merged: Vec<Merged> = some.into_par_iter().map(&merge).collect();
+            for cell in merged {
+                self.add(&cell, &mut round);
+            }
         }
-        (clusters, edges)
+    }
+
+    /// Appends the merges of a cell; its clusters and edges go to the round's, numbered across cells.
+    fn add(&mut self, cell: &Merged, round: &mut Round) {
+        let first_merge = (self.faces + self.merges.len()) as u32;
+        let first_cluster = round.clusters.len() as u32;
+        let global = |r: u32| if r & LOCAL != 0 { first_merge + (r & !LOCAL) } else { r };
+        self.merges.extend(cell.merges.iter().map(|m| Merge { children: m.children.map(global), ..*m }));
+        round.clusters.extend(cell.clusters.iter().map(|c| Cluster { root: global(c.root), ..*c }));
+        let clusters = |e: &Edge| e.clusters.map(|c| c + first_cluster);
+        round.edges.extend(cell.edges.iter().map(|e| Edge { clusters: clusters(e), ..*e }));
+        round.now.extend(cell.now.iter().map(|c| c + first_cluster));
     }
 
     /// Joins the trees of all components; none if the tree is too deep.
@@ -251,6 +233,38 @@ impl Forest {
         let merge = (reference as usize).checked_sub(self.faces);
         merge.map_or(1, |m| self.merges[m].faces)
     }
+}
+
+/// What is left of the cells of a round.
+#[derive(Default)]
+struct Round {
+    clusters: Vec<Cluster>,
+    /// Within cells.
+    edges: Vec<Edge>,
+    /// For each place at the start, which cluster it went into.
+    now: Vec<u32>,
+}
+
+/// Puts together a round and the edges between its cells, which are given by places.
+fn collect(round: Round, crossing: Vec<(u32, u32, Edge)>) -> (Vec<Cluster>, Vec<Edge>) {
+    let Round { clusters, mut edges, now } = round;
+    let mut crossing: Vec<Edge> = crossing
+        .into_par_iter()
+        .map(|(a, b, edge)| {
+            let [a, b] = [a, b].map(|place| now[place as usize]);
+            Edge { clusters: [a.min(b), a.max(b)], ..edge }
+        })
+        .collect();
+    crossing.par_sort_by_key(|e| e.clusters);
+    crossing.dedup_by(|piece, edge| {
+        let same = piece.clusters == edge.clusters;
+        if same {
+            edge.absorb(piece);
+        }
+        same
+    });
+    edges.extend(crossing);
+    (clusters, edges)
 }
 
 enum Join {

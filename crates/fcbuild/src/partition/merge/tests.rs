@@ -98,7 +98,7 @@ fn fronts_are_flatter_than_those_of_splitting() {
             let (_, node, faces) = front.pop().unwrap();
             let left = tree.splits[node].left_faces as usize;
             for (child, n) in [(node + 1, left), (node + left, faces - left)] {
-                let epsilon = if n > 1 { tree.splits[child].epsilon } else { 0.0 };
+                let epsilon = if n > 1 { f64::from(tree.splits[child].epsilon) } else { 0.0 };
                 front.push((epsilon * n as f64, child, n));
             }
         }
@@ -123,7 +123,7 @@ fn components_are_joined_and_a_soup_of_triangles_is_a_tree_of_joins() {
     let components = Components::of(&mesh);
     assert_eq!(components.len(), 300);
     let tree = merge_all(&mesh, &components, Rule::Quality, &|_| ()).unwrap();
-    assert!(tree.splits.iter().all(|s| s.joins_components && s.key == f64::INFINITY));
+    assert!(tree.splits.iter().all(|s| s.joins_components && s.key == f32::INFINITY));
     assert!(tree.depth() <= 10);
 }
 
