@@ -3,7 +3,8 @@
 #![allow(clippy::print_stdout, reason = "the counts are part of the promise")]
 
 use fcbuild::import::Soup;
-use fcextract::{Budget, Extraction, Order, Perspective, Selection, extract, fit};
+use fcextract::{Budget, Extraction, Fitter, Order, Perspective, Selection, Shown, extract, fit};
+use fcgeom::Frustum;
 use fct::Tree;
 use fctests::cracks::Borders;
 use fctests::random::Random;
@@ -121,5 +122,94 @@ fn hostile_meshes_stay_below_and_closed() {
         meet_many("tangle", meshes::tangle(30, 120, seed), 20, seed);
         meet_many("random bits", meshes::random_bits(seed), 20, seed);
         meet_many("flat garbage", meshes::flat_garbage(seed), 20, seed);
+    }
+}
+
+/// What an eye sees of a model that stands at the origin, culled.
+fn seen(eye: DVec3, axis: DVec3) -> Selection {
+    let up = if axis.y.abs() < 0.9 { DVec3::Y } else { DVec3::X };
+    let projection = glam::dcamera::rh::proj::directx::perspective(0.9, 1.6, 1e-3, 1e3)
+        * glam::dcamera::rh::view::look_at_mat4(eye, eye + axis, up);
+    Selection {
+        displaced: true,
+        frustum: Some(Frustum::from_view_projection(&projection)),
+        backface_eye: Some(eye),
+        ..Selection::perspective(Perspective { eye, axis, slope: 1e-3, corner_cos: 0.7 }, Order::Budget)
+    }
+}
+
+/// One budget for all that a view shows, counted after culling; threads have no say in it.
+#[test]
+fn several_trees_share_one_budget() {
+    let all = [
+        trees::tree_of(meshes::torus(90, 60, 3)),
+        trees::tree_of(trees::read(&trees::data("terrain.ply"))),
+        trees::tree_of(meshes::pieces(9)),
+    ];
+    let mut random = Random::new(4);
+    let mut fitter = Fitter::default();
+    let mut out = Extraction::default();
+    let (mut met, mut culled) = (0, 0);
+    for round in 0..25 {
+        let n = 10_f64.powf(random.between(2.0, 4.3)) as u64;
+        let views: Vec<Shown<'_>> = (0..12)
+            .map(|_| {
+                let tree = &all[random.below(all.len())];
+                let eye = random.direction() * random.between(0.5, 12.0);
+                let axis = (random.direction() - eye).normalize_or(DVec3::X);
+                Shown { tree, selection: seen(eye, axis) }
+            })
+            .collect();
+        let budget = if round % 5 == 0 { Budget::Clusters(n) } else { Budget::Triangles(n) };
+        let mut shown = views.clone();
+        let fitted = fitter.fit(&mut shown, budget).unwrap_or_else(|e| panic!("{e}"));
+        let (mut drawn, mut most) = (0, 0);
+        for (one, asked) in shown.iter().zip(&views) {
+            extract(one.tree, &one.selection, &mut out).unwrap_or_else(|e| panic!("{e}"));
+            drawn += count(&out, budget).0;
+            culled += out.stats.faces_culled;
+            let full = Selection { tolerance: fcextract::Tolerance::Full, ..asked.selection.clone() };
+            extract(one.tree, &full, &mut out).unwrap_or_else(|e| panic!("{e}"));
+            most += count(&out, budget).0;
+        }
+        assert_eq!(drawn, fitted.count, "{budget:?}: what is said is what is drawn");
+        assert_eq!(drawn <= n, fitted.within, "{budget:?}: {drawn}");
+        if fitted.within {
+            // A view culls more where it is finer, so that a split may bring fewer triangles than were there.
+            assert!(drawn + 4 >= n.min(most), "{budget:?}: {drawn} of {most}");
+            met += 1;
+        }
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let mut again = views.clone();
+            let same =
+                pool.install(|| Fitter::default().fit(&mut again, budget)).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(same, fitted, "{threads} threads");
+            let pairs = again.iter().zip(&shown);
+            assert!(
+                pairs.into_iter().all(|(a, b)| a.selection.extra == b.selection.extra),
+                "{threads} threads"
+            );
+        }
+    }
+    assert!(met >= 20 && culled > 10_000, "{met} budgets met, {culled} faces culled");
+}
+
+#[test]
+#[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
+fn scans_end_within_four_triangles() {
+    for (name, budgets) in [("bunny.ply", 100), ("armadillo.ply", 100), ("dragon.ply", 20)] {
+        assert_eq!(meet_many(name, trees::scan(name), budgets, 7).wide, 0, "{name}");
+    }
+}
+
+/// The same promises over many more meshes.
+#[test]
+#[ignore = "takes minutes; cargo xtask campaign runs it"]
+fn thousands_of_budgets() {
+    for seed in 0..300 {
+        meet_many("tangle", meshes::tangle(40, 160, 1000 + seed), 20, seed);
+        meet_many("random bits", meshes::random_bits(1000 + seed), 20, seed);
+        meet_many("flat garbage", meshes::flat_garbage(1000 + seed), 20, seed);
     }
 }

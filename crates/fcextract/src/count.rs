@@ -18,6 +18,8 @@ pub(crate) struct Counted {
     pub(crate) counts: Counts,
     /// The factor on the tolerance below which the first of its nodes is refined.
     pub(crate) next: f64,
+    /// The least factor below which one of the nodes above it is refined.
+    pub(crate) last: f64,
 }
 
 /// Counts; keeps its memory from one time to the next.
@@ -43,7 +45,7 @@ impl Counter {
         let selection = Selection { tolerance: shape.tolerance.scaled(factor), ..shape.clone() };
         let reader = tree.reader();
         let mut stats = Stats::default();
-        let mut cut = Counted::default();
+        let mut cut = Counted { last: f64::INFINITY, ..Counted::default() };
         self.stack.clear();
         self.stack.push((reader.whole(), selection.frustum.is_none()));
         while let Some((subtree, inside)) = self.stack.pop() {
@@ -56,6 +58,7 @@ impl Counter {
             match selection.sight(&subtree, &node, inside, &mut stats) {
                 Sight::Culled => {}
                 Sight::Refined { inside } => {
+                    cut.last = cut.last.min(shape.level_of_node(&shape.tolerance, &node).1);
                     let [left, right] = reader.children(&subtree)?;
                     self.stack.extend([(right, inside), (left, inside)]);
                 }
@@ -89,11 +92,6 @@ impl Counter {
     pub(crate) fn boundary(&mut self, reader: &Reader<'_>, subtree: &Subtree) -> Result<&[u32], Error> {
         reader.read_loops(subtree, &mut self.loops)?;
         Ok(&self.loops.vertices)
-    }
-
-    /// The vertices on the boundary of the subtree that was counted last.
-    pub(crate) fn last_boundary(&self) -> &[u32] {
-        &self.loops.vertices
     }
 
     /// The number of triangles of a node that is drawn.

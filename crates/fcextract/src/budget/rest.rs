@@ -143,15 +143,14 @@ struct Front {
     added: Vec<u32>,
     pieces: Vec<Slot>,
     stack: Vec<(Subtree, bool)>,
-    /// Slots of clusters that get more corners, then with their new number of triangles.
-    touched: Vec<(u32, u64)>,
+    /// Slots of the clusters that get more corners by it.
+    touched: Vec<u32>,
 }
 
 /// A cluster of the cut, or one that was.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
     subtree: Subtree,
-    triangles: u64,
     /// Whether it lies in the frustum as a whole.
     inside: bool,
     is_drawn: bool,
@@ -173,7 +172,7 @@ impl Front {
         found
     }
 
-    /// Goes on from the stack to the clusters that are drawn; their triangles are not counted yet.
+    /// Goes on from the stack to the clusters that are drawn.
     fn add_pieces(
         &mut self,
         reader: &Reader<'_>,
@@ -182,7 +181,7 @@ impl Front {
     ) -> Result<(), Error> {
         let mut stats = Stats::default();
         while let Some((subtree, inside)) = self.stack.pop() {
-            let slot = Slot { subtree, triangles: 1, inside, is_drawn: true };
+            let slot = Slot { subtree, inside, is_drawn: true };
             if let Child::Face(_) = subtree.child.kind() {
                 out.push(slot);
                 continue;
@@ -234,11 +233,9 @@ impl Front {
             }
         }
         for number in 0..self.slots.len() {
-            let Some(slot) = self.slots.get_mut(number).filter(|slot| slot.is_drawn) else { continue };
+            let Some(slot) = self.slots.get(number).filter(|slot| slot.is_drawn) else { continue };
             if let Child::Node(_) = slot.subtree.child.kind() {
-                let node = reader.node(&slot.subtree)?;
-                slot.triangles = self.counter.polygon(&reader, selection, &slot.subtree, &node)?;
-                for &vertex in self.counter.last_boundary() {
+                for &vertex in self.counter.boundary(&reader, &slot.subtree)? {
                     if is_wanted.has(vertex) {
                         enter(&mut self.watched, &self.slots, vertex, number as u32);
                     }
@@ -259,81 +256,92 @@ impl Front {
         let Some(&old) = self.slots.get(candidate.slot as usize) else { return Ok(None) };
         let reader = shown.tree.reader();
         let children = reader.children(&old.subtree)?;
-        let selection = &mut shown.selection;
-        let needed = self
-            .corners
-            .of_split(&reader, &children, selection.order, candidate.key, |v| selection.draws(&reader, v))?;
-        self.added.clear();
-        for &vertex in needed {
-            self.copies.each(shown.tree, vertex, |copy| {
-                if !selection.draws(&reader, copy) && selection.extra.vertices.add(copy) {
-                    self.added.push(copy);
-                }
-            });
+        self.find_added(shown, &children, candidate.key)?;
+        let counts_triangles = matches!(budget, Budget::Triangles(_));
+        let mut change = -1;
+        if counts_triangles {
+            self.find_touched(candidate.slot);
+            change = -(self.count(&reader, shown, &[old])? + self.count_touched(&reader, shown)?);
         }
-        selection.extra.nodes.add(candidate.node);
+        let extra = &mut shown.selection.extra;
+        extra.nodes.add(candidate.node);
+        for &vertex in &self.added {
+            extra.vertices.add(vertex);
+        }
         let mut pieces = std::mem::take(&mut self.pieces);
         pieces.clear();
         self.stack.clear();
         self.stack.extend(children.iter().rev().map(|child| (*child, old.inside)));
         self.add_pieces(&reader, shown, &mut pieces)?;
-        let change = match budget {
-            Budget::Clusters(_) => pieces.len() as i64 - 1,
-            Budget::Triangles(_) => {
-                self.count(&reader, shown, candidate.slot, &mut pieces)? - old.triangles as i64
-            }
+        change += if counts_triangles {
+            self.count(&reader, shown, &pieces)? + self.count_touched(&reader, shown)?
+        } else {
+            pieces.len() as i64
         };
         self.pieces = pieces;
         if change > 0 && change as u64 > room {
-            shown.selection.extra.nodes.remove(candidate.node);
+            let extra = &mut shown.selection.extra;
+            extra.nodes.remove(candidate.node);
             for &vertex in &self.added {
-                shown.selection.extra.vertices.remove(vertex);
+                extra.vertices.remove(vertex);
             }
             return Ok(None);
         }
         if let Some(slot) = self.slots.get_mut(candidate.slot as usize) {
             slot.is_drawn = false;
         }
-        for &(slot, triangles) in &self.touched {
-            if let Some(slot) = self.slots.get_mut(slot as usize) {
-                slot.triangles = triangles;
-            }
-        }
         self.last_split = self.slots.len();
         self.slots.extend(&self.pieces);
-        if let Budget::Triangles(_) = budget {
+        if counts_triangles {
             self.enter_from(&reader, shown, self.last_split)?;
         }
         Ok(Some(change))
     }
 
-    /// Counts the triangles of new clusters, and how many more those around them have now.
-    fn count(
-        &mut self,
-        reader: &Reader<'_>,
-        shown: &Shown<'_>,
-        split: u32,
-        pieces: &mut [Slot],
-    ) -> Result<i64, Error> {
-        let mut sum = 0;
-        for piece in pieces {
-            piece.triangles = self.counter.subtree(reader, &shown.selection, &piece.subtree)?;
-            sum += piece.triangles as i64;
+    /// Finds the vertices that a split adds to those that are drawn.
+    fn find_added(&mut self, shown: &Shown<'_>, children: &[Subtree; 2], key: f32) -> Result<(), Error> {
+        let Shown { tree, selection } = shown;
+        let reader = tree.reader();
+        let needed = self
+            .corners
+            .of_split(&reader, children, selection.order, key, |v| selection.draws(&reader, v))?;
+        self.added.clear();
+        for &vertex in needed {
+            self.copies.each(tree, vertex, |copy| {
+                if !selection.draws(&reader, copy) {
+                    self.added.push(copy);
+                }
+            });
         }
+        self.added.sort_unstable();
+        self.added.dedup();
+        Ok(())
+    }
+
+    /// Finds the clusters, other than the one that is split, that get more corners by that.
+    fn find_touched(&mut self, split: u32) {
         self.touched.clear();
-        for vertex in &self.added {
-            let around = self.watched.get(vertex).copied().unwrap_or([NO_SLOT; 2]);
-            self.touched.extend(around.into_iter().filter(|s| *s != NO_SLOT && *s != split).map(|s| (s, 0)));
+        let is_drawn = |s: &u32| *s != split && self.slots.get(*s as usize).is_some_and(|slot| slot.is_drawn);
+        for around in self.added.iter().filter_map(|vertex| self.watched.get(vertex)) {
+            self.touched.extend(around.iter().copied().filter(is_drawn));
         }
         self.touched.sort_unstable();
         self.touched.dedup();
-        for (number, triangles) in &mut self.touched {
-            let Some(slot) = self.slots.get(*number as usize) else { continue };
-            *triangles = slot.triangles;
-            if slot.is_drawn {
-                *triangles = self.counter.subtree(reader, &shown.selection, &slot.subtree)?;
-                sum += *triangles as i64 - slot.triangles as i64;
-            }
+    }
+
+    /// Counts the triangles of clusters as the selection is now.
+    fn count(&mut self, reader: &Reader<'_>, shown: &Shown<'_>, slots: &[Slot]) -> Result<i64, Error> {
+        let mut sum = 0;
+        for slot in slots {
+            sum += self.counter.subtree(reader, &shown.selection, &slot.subtree)? as i64;
+        }
+        Ok(sum)
+    }
+
+    fn count_touched(&mut self, reader: &Reader<'_>, shown: &Shown<'_>) -> Result<i64, Error> {
+        let mut sum = 0;
+        for slot in self.touched.iter().filter_map(|s| self.slots.get(*s as usize)) {
+            sum += self.counter.subtree(reader, &shown.selection, &slot.subtree)? as i64;
         }
         Ok(sum)
     }
