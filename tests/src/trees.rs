@@ -18,10 +18,16 @@ pub fn tree_by(soup: Soup, split: SplitMode) -> Tree {
 
 /// The bytes of the file that a soup becomes.
 pub fn bytes_of(soup: Soup, split: SplitMode) -> Vec<u8> {
+    bytes_in_chunks(soup, split, fct::CHUNK_FACES)
+}
+
+/// The same with chunks of at most so many faces.
+pub fn bytes_in_chunks(soup: Soup, split: SplitMode, chunk_faces: u32) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap_or_else(|e| panic!("{e}"));
     let path = folder.path().join("tree.fct");
-    let built = fcbuild::build(soup, &BuildOptions { split, weld: Weld::Exact, progress: &|_, _, _| {} })
+    let mut built = fcbuild::build(soup, &BuildOptions { split, weld: Weld::Exact, progress: &|_, _, _| {} })
         .unwrap_or_else(|e| panic!("{e}"));
+    built.set_chunk_faces(chunk_faces).unwrap_or_else(|e| panic!("{e}"));
     fct::write(&path, &built.data(), &fct::WriteOptions { overwrite: true, source_id: 0 })
         .unwrap_or_else(|e| panic!("{e}"));
     std::fs::read(&path).unwrap_or_else(|e| panic!("{e}"))

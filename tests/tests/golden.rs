@@ -157,7 +157,7 @@ fn every_golden_file_is_listed() {
     assert_eq!(found, listed);
 }
 
-/// What golden files of version 1.0 were made of, and a tolerance for each.
+/// What golden files were made of, and a tolerance for each.
 fn sources() -> Vec<(&'static str, Soup, f32)> {
     let tetrahedron = meshes::soup(
         vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -189,6 +189,7 @@ fn sources() -> Vec<(&'static str, Soup, f32)> {
         ("1.0-groups.fct", groups, 0.05),
         ("1.0-moebius.fct", meshes::moebius(24), 0.02),
         ("1.0-coloured.fct", coloured, 0.03),
+        ("1.1-chunks.fct", meshes::torus(20, 16, 4), 0.05),
     ]
 }
 
@@ -201,7 +202,7 @@ fn add_golden_files() {
         if path.exists() {
             continue;
         }
-        let bytes = trees::bytes_of(soup, SplitMode::Paper);
+        let bytes = trees::bytes_in_chunks(soup, SplitMode::Paper, 100);
         std::fs::write(&path, bytes).unwrap_or_else(|e| panic!("{e}"));
         let tree = Tree::open(&path).unwrap_or_else(|e| panic!("{e}"));
         let (clusters, coarse) = coarse_cut(&tree, tolerance);

@@ -78,7 +78,25 @@ impl Built {
             normals: Some(&r.normals),
             colors: r.colors.as_deref(),
             groups: &r.groups,
+            chunks: Some(&r.chunks),
         }
+    }
+
+    /// Divides the tree anew into chunks, the parts that can be read alone, of at most `faces` faces.
+    ///
+    /// # Errors
+    /// A limit when a section would be too long.
+    pub fn set_chunk_faces(&mut self, faces: u32) -> Result<(), Error> {
+        let r = &mut self.records;
+        r.chunks = fct::ChunkData::with_faces(
+            &r.clusters,
+            &r.vertices,
+            Some(&r.normals),
+            r.colors.as_deref(),
+            faces,
+        )
+        .map_err(clusters::pack_error)?;
+        Ok(())
     }
 }
 
@@ -197,8 +215,11 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
             meta.bounds_max[axis] = meta.bounds_max[axis].max(x.get());
         }
     }
+    let mut built = Built { meta, tally, times: Vec::new(), records };
+    built.set_chunk_faces(fct::CHUNK_FACES)?;
     clock.lap(Phase::Records);
-    Ok(Built { meta, tally, times: clock.times, records })
+    built.times = clock.times;
+    Ok(built)
 }
 
 struct Clock {

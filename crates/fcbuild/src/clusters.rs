@@ -191,7 +191,7 @@ fn large_nodes(splits: &[Split], faces: usize) -> Vec<u32> {
     large
 }
 
-fn pack_error(error: PackError) -> Error {
+pub(crate) fn pack_error(error: PackError) -> Error {
     match error {
         PackError::Range(_) => too_large(),
         PackError::TooLong(section) => Error::new(

@@ -23,6 +23,7 @@ pub(crate) struct Records {
     pub(crate) normals: Vec<NormalRecord>,
     pub(crate) colors: Option<Vec<[u8; 4]>>,
     pub(crate) groups: Vec<GroupRecord>,
+    pub(crate) chunks: fct::ChunkData,
 }
 
 impl Records {
@@ -61,6 +62,7 @@ impl Records {
             normals,
             colors,
             groups: Vec::new(),
+            chunks: fct::ChunkData::default(),
         })
     }
 }

@@ -13,8 +13,8 @@ use crate::section::{SectionInfo, Tag, check_places};
 
 /// Byte ranges of the known sections, inside the file and of whole elements.
 ///
-/// Absent sections are empty ranges, but for the two where "absent" and "empty" differ.
-#[derive(Clone, Debug)]
+/// Absent sections are empty ranges, but for those where "absent" and "empty" differ.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Spans {
     pub(crate) topn: Range<usize>,
     pub(crate) topl: Range<usize>,
@@ -29,6 +29,8 @@ pub(crate) struct Spans {
     pub(crate) grup: Range<usize>,
     pub(crate) norm: Option<Range<usize>>,
     pub(crate) colr: Option<Range<usize>>,
+    pub(crate) crwn: Option<Range<usize>>,
+    pub(crate) kins: Option<Range<usize>>,
 }
 
 /// A file whose container rules hold.
@@ -43,9 +45,20 @@ pub(crate) struct Container {
 impl Container {
     /// Checks header, table, counts and description. Looks at no other section, so the cost does not grow with the file.
     pub(crate) fn parse(bytes: &[u8]) -> Result<Self, Box<Violation>> {
-        let header = Header::parse(bytes)?;
-        let table = table_bytes(bytes, &header)?;
-        check_header_hash(bytes, table, &header)?;
+        let header = Header::parse(bytes, u64::try_from(bytes.len()).unwrap_or(u64::MAX))?;
+        let (sections, spans) = Self::parse_table(bytes, &header)?;
+        let section = find(&sections, Tag::META).ok_or_else(|| missing(Tag::META))?;
+        let meta = Self::read_meta(section, bytes.get(section.range()?).unwrap_or_default())?;
+        Ok(Self { header, meta, sections, spans })
+    }
+
+    /// The same but for the description; `bytes` begin the file and hold the table.
+    pub(crate) fn parse_table(
+        bytes: &[u8],
+        header: &Header,
+    ) -> Result<(Vec<SectionInfo>, Spans), Box<Violation>> {
+        let table = table_bytes(bytes, header)?;
+        check_header_hash(bytes, table, header)?;
         let entry_size = table
             .len()
             .checked_div(usize::try_from(header.section_count).unwrap_or(0))
@@ -58,7 +71,7 @@ impl Container {
         }
         let table_end = HEADER_LEN.saturating_add(table.len());
         check_places(&sections, u64::try_from(table_end).unwrap_or(u64::MAX), header.file_len)?;
-        check_counts(&Counts::of_file(&header, &sections)?)?;
+        check_counts(&Counts::of_file(header, &sections)?)?;
         check_root(header.root, header.face_count)?;
         let spans = Spans {
             topn: required(&sections, Tag::TOPN)?,
@@ -74,9 +87,25 @@ impl Container {
             grup: span(&sections, Tag::GRUP)?.unwrap_or_default(),
             norm: span(&sections, Tag::NORM)?,
             colr: span(&sections, Tag::COLR)?,
+            crwn: span(&sections, Tag::CRWN)?,
+            kins: span(&sections, Tag::KINS)?,
         };
-        let meta = read_meta(bytes, &sections)?;
-        Ok(Self { header, meta, sections, spans })
+        Ok((sections, spans))
+    }
+
+    /// Checks and decodes the description.
+    pub(crate) fn read_meta(section: &SectionInfo, payload: &[u8]) -> Result<Meta, Box<Violation>> {
+        Self::check_meta_len(payload.len())?;
+        check_section_hash(section, payload)?;
+        Meta::decode(payload)
+    }
+
+    pub(crate) fn check_meta_len(bytes: usize) -> Result<(), Box<Violation>> {
+        if bytes <= MAX_META_LEN {
+            return Ok(());
+        }
+        let found = format!("it has {bytes} bytes");
+        Err(Violation::new(Rule::MetaReadable, "section META".to_owned(), found))
     }
 }
 
@@ -238,20 +267,6 @@ fn span(sections: &[SectionInfo], tag: Tag) -> Result<Option<Range<usize>>, Box<
 
 fn required(sections: &[SectionInfo], tag: Tag) -> Result<Range<usize>, Box<Violation>> {
     span(sections, tag)?.ok_or_else(|| missing(tag))
-}
-
-fn read_meta(bytes: &[u8], sections: &[SectionInfo]) -> Result<Meta, Box<Violation>> {
-    let section = find(sections, Tag::META).ok_or_else(|| missing(Tag::META))?;
-    let payload = bytes.get(section.range()?).unwrap_or_default();
-    if payload.len() > MAX_META_LEN {
-        return Err(Violation::new(
-            Rule::MetaReadable,
-            "section META".to_owned(),
-            format!("it has {} bytes", payload.len()),
-        ));
-    }
-    check_section_hash(section, payload)?;
-    Meta::decode(payload)
 }
 
 /// Compares the bytes of a section with the hash in the table.

@@ -14,7 +14,7 @@ pub const MAGIC: [u8; 8] = *b"\x8FFCT\r\n\x1A\n";
 pub const MAJOR: u16 = 1;
 
 /// The minor version that this crate writes, and the largest that it knows all of.
-pub const MINOR: u16 = 0;
+pub const MINOR: u16 = 1;
 
 /// The byte order tag as a little-endian reader sees it.
 pub const ENDIAN_TAG: u32 = 0x0102_0304;
@@ -90,8 +90,8 @@ pub struct Header {
 }
 
 impl Header {
-    /// Reads the fields and checks what the header alone can tell, against the file's real length.
-    pub(crate) fn parse(bytes: &[u8]) -> Result<Self, Box<Violation>> {
+    /// Reads the fields and checks what the header alone can tell, against the file's real length. `bytes` begin the file.
+    pub(crate) fn parse(bytes: &[u8], length: u64) -> Result<Self, Box<Violation>> {
         check_signature(bytes)?;
         let Ok((raw, _)) = RawHeader::ref_from_prefix(bytes) else {
             return Err(Violation::new(
@@ -103,11 +103,11 @@ impl Header {
         check_byte_order(raw.endian.get())?;
         check_version(raw.major.get(), raw.minor.get())?;
         let file_len = raw.file_len.get();
-        if u64::try_from(bytes.len()) != Ok(file_len) {
+        if length != file_len {
             return Err(Violation::in_header(
                 Rule::FileLength,
                 16,
-                format!("it announces {file_len} bytes and the file has {}", bytes.len()),
+                format!("it announces {file_len} bytes and the file has {length}"),
             ));
         }
         if raw.required_features.get() != 0 {
@@ -141,6 +141,12 @@ impl Header {
             root: ChildRef::from_raw(raw.root.get()),
             hash: raw.hash.get(),
         })
+    }
+
+    /// Bytes of the section table.
+    pub(crate) fn table_len(&self) -> usize {
+        let bytes = u64::from(self.section_count).saturating_mul(u64::from(self.section_entry_size));
+        usize::try_from(bytes).unwrap_or(usize::MAX)
     }
 
     /// The bytes of the header, with the hash as it stands in the field.

@@ -4,6 +4,7 @@
 //!
 //! - [`Writer`] (or [`write()`]) makes a file out of [`TreeData`], all or nothing; [`Packed`] makes its clusters out of plain ones.
 //! - [`Tree::open`] maps a file and checks its container in constant time.
+//! - [`ChunkFile::open`] reads a file in parts instead, for those larger than the memory.
 //! - [`Tree::verify`] checks everything else: hashes, structure, values, geometry.
 //!
 //! A file is not to be trusted: its hashes find damage, not malice.
@@ -31,6 +32,7 @@
 )]
 
 mod child;
+mod chunk;
 mod container;
 mod displacement;
 mod error;
@@ -57,6 +59,7 @@ mod walk;
 mod writer;
 
 pub use child::{Child, ChildRef};
+pub use chunk::{CHUNK_FACES, Chunk, ChunkData, ChunkFile, Crown, CrownChild, Patch, ReadAt};
 pub use error::{Error, Violation};
 pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
 pub use loops::Loops;

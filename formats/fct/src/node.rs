@@ -91,8 +91,16 @@ impl Node {
                 plane.decode((axis.map(f64::from), f64::from(cos)), self.bound)
             }
             Rest::Coded { axis, width, plane, .. } => {
-                plane.decode((axis.direction(), f64::from(cosine_of(width))), self.bound)
+                // In single precision, as an exact record of the same node has it.
+                plane.decode((axis.decode().map(f64::from), f64::from(cosine_of(width))), self.bound)
             }
+        }
+    }
+
+    /// The plane as it is stored.
+    pub(crate) fn plane_record(&self) -> PlaneRecord {
+        match self.rest {
+            Rest::Exact { plane, .. } | Rest::Coded { plane, .. } => plane,
         }
     }
 

@@ -84,6 +84,11 @@ impl<'a> Reader<'a> {
     /// As [`Reader::face`].
     #[inline]
     pub fn first_corner(&self, subtree: &Subtree) -> Result<u32, Error> {
+        self.corner_of(subtree).map_err(|violation| violation.at(self.path))
+    }
+
+    #[inline]
+    pub(crate) fn corner_of(&self, subtree: &Subtree) -> Result<u32, Broken> {
         let face = match subtree.place {
             Place::Page { page, .. } => Subtree {
                 child: ChildRef::face(subtree.first_face),
@@ -91,9 +96,12 @@ impl<'a> Reader<'a> {
                 place: Place::Page { page, record: 0, loops: 0 },
                 ..*subtree
             },
-            Place::Top { .. } => self.single(subtree.first_face),
+            Place::Top { record } => match to_index(record).and_then(|i| self.top_corners.get(i)) {
+                Some(corner) => return Ok(corner.get()),
+                None => self.single(subtree.first_face),
+            },
         };
-        self.face(&face).map(|[first, ..]| first)
+        self.corners(&face).map(|[first, ..]| first)
     }
 
     #[inline]

@@ -76,7 +76,7 @@ impl Tree {
 
     /// Checks everything that [`Tree::open`] does not: hashes, padding, structure, values and geometry.
     ///
-    /// Reads the whole file; the time grows with its size, the memory does not.
+    /// Reads the whole file; the time grows with its size, the memory by a fortieth of it.
     ///
     /// # Errors
     /// The first broken rule, as [`Error::Invalid`].
@@ -126,6 +126,7 @@ impl Tree {
         Reader {
             tops: self.records(spans.topn.clone()),
             top_loops: self.records(spans.topl.clone()),
+            top_corners: &[],
             pages: self.records(spans.page.clone()),
             nodes: self.records(spans.node.clone()),
             faces: self.records(spans.face.clone()),
@@ -180,6 +181,13 @@ impl Tree {
     /// Component groups, sorted by first face; may be empty.
     pub fn groups(&self) -> &[GroupRecord] {
         self.records(self.spans.grup.clone())
+    }
+
+    /// Sections `CRWN` and `KINS`, if the file has either.
+    pub(crate) fn chunk_sections(&self) -> Option<(&[u8], &[u8])> {
+        let (crown, kins) = (self.spans.crwn.clone(), self.spans.kins.clone());
+        let there = crown.is_some() || kins.is_some();
+        there.then(|| (self.records(crown.unwrap_or_default()), self.records(kins.unwrap_or_default())))
     }
 
     /// The bytes of the whole file.

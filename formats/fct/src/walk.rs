@@ -26,6 +26,8 @@ use crate::tree::Tree;
 pub struct Reader<'a> {
     pub(crate) tops: &'a [TopRecord],
     pub(crate) top_loops: &'a [u8],
+    /// The first corner of each top node's first face, where faces are not at hand; else empty.
+    pub(crate) top_corners: &'a [U32],
     pub(crate) pages: &'a [PageRecord],
     pub(crate) nodes: &'a [NodeRecord],
     pub(crate) faces: &'a [FaceRecord],

@@ -7,6 +7,7 @@ use std::path::Path;
 use zerocopy::IntoBytes;
 
 use crate::child::ChildRef;
+use crate::chunk::ChunkData;
 use crate::container::{Counts, check_counts};
 use crate::error::Error;
 use crate::hash::{hash64, hash64_of, hash128_of};
@@ -38,6 +39,8 @@ pub struct TreeData<'a> {
     pub colors: Option<&'a [[u8; 4]]>,
     /// Component groups sorted by first face. Left out of the file when empty.
     pub groups: &'a [GroupRecord],
+    /// What makes parts of the file readable alone; left out if none.
+    pub chunks: Option<&'a ChunkData>,
 }
 
 /// How [`write()`] deals with the output.
@@ -169,6 +172,9 @@ fn payloads_of<'a>(data: &TreeData<'a>, meta: &'a [u8]) -> Vec<Payload<'a>> {
     payloads.extend(lists.into_iter().filter(|(_, bytes)| !bytes.is_empty()));
     payloads.extend(data.normals.map(|n| (Tag::NORM, n.as_bytes())));
     payloads.extend(data.colors.map(|c| (Tag::COLR, c.as_bytes())));
+    if let Some(chunks) = data.chunks {
+        payloads.extend([(Tag::CRWN, chunks.crown.as_slice()), (Tag::KINS, chunks.kins.as_slice())]);
+    }
     payloads
 }
 

@@ -55,6 +55,12 @@ fn put(bytes: &mut [u8], at: usize, value: &[u8]) {
     bytes[at..at + value.len()].copy_from_slice(value);
 }
 
+/// Gives a sample chunks, to be broken.
+fn in_chunks(sample: &mut Sample) -> &mut fct::ChunkData {
+    *sample = sample.clone().in_chunks(30);
+    sample.chunks.as_mut().unwrap()
+}
+
 /// Edits the entry of a section in the table at an offset within the entry.
 fn put_entry(bytes: &mut [u8], tag: &[u8; 4], at: usize, value: &[u8]) {
     let (entry, _, _) = section(bytes, tag);
@@ -405,6 +411,20 @@ const BREAKS: &[(Rule, &[Break])] = &[
                 let corners = s.packed.faces[first..].iter_mut().flat_map(|f| &mut f.vertices);
                 corners.filter(|v| **v == link).for_each(|v| *v = 0);
             }),
+        ],
+    ),
+    (
+        Rule::Chunk,
+        &[
+            Data(|s| in_chunks(s).crown[40] ^= 1),
+            Data(|s| *in_chunks(s).crown.last_mut().unwrap() ^= 1),
+            Data(|s| in_chunks(s).crown.push(0)),
+            Data(|s| in_chunks(s).crown.clear()),
+            Data(|s| in_chunks(s).kins[5] ^= 1),
+            Data(|s| in_chunks(s).kins.push(0)),
+            Data(|s| in_chunks(s).kins.truncate(20)),
+            // Of another size than the head says.
+            Data(|s| in_chunks(s).crown[0] ^= 32),
         ],
     ),
     (

@@ -98,6 +98,7 @@ pub(crate) fn write(path: &Path, positions: &[Vec3], mut faces: Vec<[u32; 3]>) {
         normals: Some(&normals),
         colors: None,
         groups: &[],
+        chunks: None,
     };
     let options = WriteOptions { overwrite: true, source_id: 0 };
     fct::write(path, &data, &options).expect("the tree is written");

@@ -116,7 +116,7 @@ fn encode(entries: &[u32], names: &Names<'_>, bytes: &mut Vec<u8>) -> Option<()>
 }
 
 /// Appends the loops of a node above the pages: lengths and differences in groups of seven bits.
-pub(super) fn encode_top(entries: &[u32], out: &mut Vec<u8>) {
+pub(crate) fn encode_top(entries: &[u32], out: &mut Vec<u8>) {
     let mut before = 0_u32;
     for ring in entries.split_inclusive(|v| v & LOOP_END != 0) {
         write_varint(ring.len() as u32, out);

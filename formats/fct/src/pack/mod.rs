@@ -26,6 +26,7 @@ mod spheres;
 mod top;
 mod vertex;
 
+pub(crate) use loops::encode_top;
 pub use plain::PlainClusters;
 pub use plan::Plan;
 

@@ -8,6 +8,7 @@ mod activity;
 mod attached;
 mod boundary;
 mod bytes;
+mod chunks;
 mod cones;
 mod descent;
 mod pages;
@@ -48,6 +49,7 @@ pub(crate) fn verify(tree: &Tree) -> Result<Verified, Error> {
     pages::check(&reader).map_err(|v| v.at(path))?;
     let found = descent::check(tree, &reader).map_err(|v| v.at(path))?;
     attached::check_meta(tree, &found).map_err(|v| v.at(path))?;
+    chunks::check(tree).map_err(|v| v.at(path))?;
     let header = tree.header();
     Ok(Verified {
         bytes: header.file_len,

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use fct::{
-    BoundingPolygonRecord, ChildRef, ClusterData, GroupRecord, LOOP_END, Meta, NormalRecord, Packed,
-    PlainClusters, Plan, Tree, TreeData, VertexRecord, WeldRecord, WriteOptions,
+    BoundingPolygonRecord, ChildRef, ChunkData, ClusterData, GroupRecord, LOOP_END, Meta, NormalRecord,
+    Packed, PlainClusters, Plan, Tree, TreeData, VertexRecord, WeldRecord, WriteOptions,
 };
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
@@ -24,6 +24,7 @@ pub(crate) struct Sample {
     pub(crate) normals: Option<Vec<NormalRecord>>,
     pub(crate) colors: Option<Vec<[u8; 4]>>,
     pub(crate) groups: Vec<GroupRecord>,
+    pub(crate) chunks: Option<ChunkData>,
     /// The range of faces of each node.
     ranges: Vec<(usize, usize)>,
 }
@@ -39,7 +40,21 @@ impl Sample {
             normals: self.normals.as_deref(),
             colors: self.colors.as_deref(),
             groups: &self.groups,
+            chunks: self.chunks.as_ref(),
         }
+    }
+
+    /// The same with chunks of at most so many faces.
+    pub(crate) fn in_chunks(mut self, chunk_faces: u32) -> Self {
+        let chunks = ChunkData::with_faces(
+            &self.packed,
+            &self.vertices,
+            self.normals.as_deref(),
+            self.colors.as_deref(),
+            chunk_faces,
+        );
+        self.chunks = Some(chunks.unwrap());
+        self
     }
 
     /// The bytes of the file.
@@ -154,6 +169,7 @@ impl Sample {
             normals: None,
             colors: None,
             groups: Vec::new(),
+            chunks: None,
             ranges: Vec::new(),
         };
         // As eager as the root and as wide as all nodes can be.

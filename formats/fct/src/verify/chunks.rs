@@ -1,0 +1,35 @@
+//! Chunks: made again, and compared.
+
+use zerocopy::FromBytes;
+
+use crate::chunk::{CrownHead, Source, build};
+use crate::error::Violation;
+use crate::rule::Rule;
+use crate::tree::Tree;
+
+/// Compares sections `CRWN` and `KINS` with what follows from the tree, if the file has them.
+pub(super) fn check(tree: &Tree) -> Result<(), Box<Violation>> {
+    let Some((crown, mut kins)) = tree.chunk_sections() else { return Ok(()) };
+    let differs = |section: &str, at: usize| {
+        let found = format!("it differs from what follows from the tree, from byte {at} on");
+        Violation::new(Rule::Chunk, format!("section {section}"), found)
+    };
+    let Ok((head, _)) = CrownHead::ref_from_prefix(crown) else { return Err(differs("CRWN", 0)) };
+    let source = Source { reader: tree.reader(), normals: tree.normals(), colors: tree.colors() };
+    let all = kins.len();
+    let made = build(&source, head.chunk_faces.get(), &mut |expected| {
+        let Some(rest) = kins.strip_prefix(expected) else {
+            return Err(differs("KINS", all.saturating_sub(kins.len())));
+        };
+        kins = rest;
+        Ok(())
+    })?;
+    if made != crown {
+        let same = made.iter().zip(crown).take_while(|(a, b)| a == b).count();
+        return Err(differs("CRWN", same));
+    }
+    if !kins.is_empty() {
+        return Err(differs("KINS", all.saturating_sub(kins.len())));
+    }
+    Ok(())
+}
