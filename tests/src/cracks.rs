@@ -18,6 +18,15 @@ impl Borders {
         for w in tree.weld() {
             weld[w.vertex.get() as usize] = w.representative.get();
         }
+        Borders::by(tree, weld)
+    }
+
+    /// The same where seams count as borders: for meshes that may lack whole components.
+    pub fn with_seams(tree: &Tree) -> Borders {
+        Borders::by(tree, (0..tree.vertices().len() as u32).collect())
+    }
+
+    fn by(tree: &Tree, weld: Vec<u32>) -> Borders {
         let faces = tree.faces().unwrap_or_else(|e| panic!("{e}")).into_flattened();
         let mut borders = Borders { weld, onward: BTreeMap::new() };
         for (a, b) in borders.unmatched(&faces) {

@@ -70,6 +70,15 @@ const GOLDEN: &[Golden] = &[
         clusters: 64,
         coarse: 0x0d6a8f7bbc1711c9,
     },
+    Golden {
+        name: "1.1-chunks.fct",
+        faces: 640,
+        vertices: 320,
+        full: 0x0d1e65c06eab176d,
+        tolerance: 0.05,
+        clusters: 224,
+        coarse: 0x907ee6adca21cc17,
+    },
 ];
 
 fn folder() -> PathBuf {

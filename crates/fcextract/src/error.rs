@@ -9,6 +9,9 @@ pub enum Error {
     /// The selection has a number that is no number, or a direction of no length.
     #[error("the selection cannot be used: {0}")]
     Selection(&'static str),
+    /// A cache cannot be had.
+    #[error("the file cannot be read in parts: {0}")]
+    Memory(String),
     /// The mesh would have more indices than 32 bits count.
     #[error("the selection needs more than {} triangles; ask for a coarser one", u32::MAX / 3)]
     TooManyTriangles,

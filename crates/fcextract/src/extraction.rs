@@ -88,7 +88,16 @@ impl Extraction {
     /// As [`extract`].
     pub fn append(&mut self, tree: &Tree, selection: &Selection, part: &Part) -> Result<(), Error> {
         selection.check()?;
-        let reader = tree.reader();
+        self.append_from(&tree.reader(), selection, part)
+    }
+
+    /// The same for whatever the reader shows; the selection was checked.
+    pub(crate) fn append_from(
+        &mut self,
+        reader: &Reader<'_>,
+        selection: &Selection,
+        part: &Part,
+    ) -> Result<(), Error> {
         let first_index = self.indices.len() as u64;
         self.stack.clear();
         self.stack.push(Step::Visit { subtree: part.subtree, inside: part.inside });
@@ -98,7 +107,7 @@ impl Extraction {
                     // Left children are gone on with at once: half of the steps never wait.
                     let mut next = Some((subtree, inside));
                     while let Some((subtree, inside)) = next {
-                        next = self.visit(&reader, selection, subtree, inside)?;
+                        next = self.visit(reader, selection, subtree, inside)?;
                     }
                 }
                 Step::Close { subtree, first_index, first_batch } => {

@@ -40,6 +40,7 @@ mod part;
 mod region;
 mod selection;
 mod stitch;
+mod stream;
 mod tolerance;
 
 pub use batch::Batch;
@@ -53,4 +54,5 @@ pub use parallel::ParallelExtractor;
 pub use part::Part;
 pub use region::Region;
 pub use selection::{Order, Selection};
+pub use stream::{CacheStats, ChunkCache, Damaged, Streamed, Wish, extract_chunks};
 pub use tolerance::{Perspective, Tolerance};

@@ -282,7 +282,10 @@ impl Error {
                 error.exit_code()
             }
             Error::Extract { source: fcextract::Error::Selection(_), .. } => 2,
-            Error::Extract { source: fcextract::Error::TooManyTriangles, .. } => 5,
+            Error::Extract {
+                source: fcextract::Error::TooManyTriangles | fcextract::Error::Memory(_),
+                ..
+            } => 5,
         }
     }
 
@@ -301,7 +304,10 @@ impl Error {
             Error::NotAFile { .. } => "FC473",
             Error::PictureSize { .. } => "FC521",
             Error::BufferSize { .. } => "FC522",
-            Error::Extract { source: fcextract::Error::TooManyTriangles, .. } => "FC523",
+            Error::Extract {
+                source: fcextract::Error::TooManyTriangles | fcextract::Error::Memory(_),
+                ..
+            } => "FC523",
             Error::NoAdapter { .. } => "FC601",
             Error::NoSuchAdapter { .. } => "FC602",
             Error::Unsuitable { .. } => "FC603",

@@ -10,7 +10,7 @@ use crate::error::Violation;
 use crate::loops::{Loops, read_top};
 use crate::node::Node;
 use crate::octahedral::NormalRecord;
-use crate::records::{PAGE_BIT, VertexRecord};
+use crate::records::{PAGE_BIT, VertexRecord, WeldRecord};
 use crate::rule::Rule;
 use crate::walk::{Broken, to_index};
 
@@ -26,8 +26,11 @@ pub struct Crown {
     pub(super) normals: Vec<NormalRecord>,
     pub(super) colors: Vec<[u8; 4]>,
     pub(super) loops: Vec<u8>,
-    /// Vertices of the whole tree.
+    /// Copies made by cutting seams and what they are copies of, both ways, in order.
+    pub(super) twins: Vec<[u32; 2]>,
+    /// Vertices and faces of the whole tree.
     pub(super) vertex_count: u32,
+    pub(super) face_count: u32,
 }
 
 /// What is below a node of the crown.
@@ -43,9 +46,9 @@ impl Crown {
     /// Reads a section and checks what later steps rely on.
     pub(super) fn parse(
         bytes: &[u8],
-        vertex_count: u32,
-        normals: bool,
-        colors: bool,
+        weld: &[WeldRecord],
+        [vertex_count, face_count]: [u32; 2],
+        [normals, colors]: [bool; 2],
     ) -> Result<Self, Broken> {
         let mut rest = bytes;
         let short = || broken("section CRWN".to_owned(), "it ends too early".to_owned());
@@ -62,7 +65,9 @@ impl Crown {
             normals: take(&mut rest, if normals { vertices } else { 0 }).ok_or_else(short)?.to_vec(),
             colors: take(&mut rest, if colors { vertices } else { 0 }).ok_or_else(short)?.to_vec(),
             loops: rest.to_vec(),
+            twins: twins_of(weld),
             vertex_count,
+            face_count,
         };
         if to_index(head.loop_bytes.get()) != Some(rest.len()) {
             return Err(short());
@@ -145,6 +150,27 @@ impl Crown {
         self.ids.binary_search_by_key(&vertex, |id| id.get()).ok()
     }
 
+    /// The vertices that stand in the same place as one, where a seam was cut. They are drawn if it is.
+    pub fn twins(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        let of = |vertex: u32| {
+            let start = self.twins.partition_point(|[v, _]| *v < vertex);
+            let run = self.twins.get(start..).unwrap_or_default().iter();
+            run.take_while(move |[v, _]| *v == vertex).map(|[_, twin]| *twin)
+        };
+        // Of a copy: what it is a copy of, and its other copies.
+        of(vertex).flat_map(move |twin| std::iter::once(twin).chain(of(twin))).filter(move |v| *v != vertex)
+    }
+
+    /// The first face of a node.
+    pub fn first_face(&self, node: u32) -> Option<u32> {
+        Some(self.record(node)?.top.first_face.get())
+    }
+
+    /// Number of faces of the whole tree.
+    pub fn face_count(&self) -> u32 {
+        self.face_count
+    }
+
     /// The records of its vertices.
     pub fn vertices(&self) -> &[VertexRecord] {
         &self.vertices
@@ -175,6 +201,7 @@ impl Crown {
             size_of_val(self.vertices.as_slice()),
             size_of_val(self.normals.as_slice()),
             size_of_val(self.colors.as_slice()),
+            size_of_val(self.twins.as_slice()),
             self.loops.len(),
             size_of::<Self>(),
         ];
@@ -194,6 +221,13 @@ where
     let (taken, rest) = bytes.split_at_checked(count.checked_mul(size_of::<T>())?)?;
     *bytes = rest;
     <[T]>::ref_from_bytes(taken).ok()
+}
+
+fn twins_of(weld: &[WeldRecord]) -> Vec<[u32; 2]> {
+    let pairs = weld.iter().map(|w| [w.vertex.get(), w.representative.get()]);
+    let mut twins: Vec<[u32; 2]> = pairs.flat_map(|[a, b]| [[a, b], [b, a]]).collect();
+    twins.sort_unstable();
+    twins
 }
 
 fn broken(place: String, found: String) -> Broken {

@@ -15,6 +15,7 @@ use crate::container::{Container, Spans, check_section_hash};
 use crate::error::{Error, Violation};
 use crate::header::{HEADER_LEN, Header};
 use crate::meta::Meta;
+use crate::records::WeldRecord;
 use crate::rule::Rule;
 use crate::section::Tag;
 
@@ -141,10 +142,13 @@ impl ChunkFile {
         let range = crown.range().map_err(|v| v.at(path))?;
         let bytes = input.read::<u8>(range.start, range.len())?;
         check_section_hash(crown, &bytes).map_err(|v| v.at(path))?;
-        let vertices = u32::try_from(header.vertex_count).unwrap_or(u32::MAX);
-        let (normals, colors) = (spans.norm.is_some(), spans.colr.is_some());
-        let crown = Crown::parse(&bytes, vertices, normals, colors).map_err(|v| v.at(path))?;
-        let kin_size = Wanted::vertex_size(normals, colors);
+        let weld = spans.weld.clone();
+        let copies = weld.len().checked_div(size_of::<WeldRecord>()).unwrap_or(0);
+        let weld = input.read::<WeldRecord>(weld.start, copies)?;
+        let counts = [header.vertex_count, header.face_count].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+        let attributes = [spans.norm.is_some(), spans.colr.is_some()];
+        let crown = Crown::parse(&bytes, &weld, counts, attributes).map_err(|v| v.at(path))?;
+        let kin_size = Wanted::vertex_size(attributes);
         Ok(Self { input, header, meta, spans, crown, kins, kin_size })
     }
 
@@ -202,8 +206,7 @@ impl ChunkFile {
         if runs.hash() != wanted.hash {
             return Err(damaged("its hash does not match"));
         }
-        let attributes = (self.spans.norm.is_some(), self.spans.colr.is_some());
-        Chunk::new(&wanted, runs, attributes, self.path()).map_err(|violation| {
+        Chunk::new(&wanted, runs, self.path()).map_err(|violation| {
             Violation::new(Rule::Chunk, place(), format!("{}: {}", violation.place, violation.found))
                 .at(self.path())
         })

@@ -49,7 +49,7 @@ pub(super) struct Wanted {
     pub(super) links: Range<usize>,
     pub(super) vertices: Range<usize>,
     pub(super) kin: Range<usize>,
-    pub(super) attributes: (bool, bool),
+    pub(super) attributes: [bool; 2],
 }
 
 impl Wanted {
@@ -92,12 +92,12 @@ impl Wanted {
             links: run(|c| c.link, &spans.link, size_of::<U32>())?,
             vertices: run(|c| c.vertex, &spans.vert, size_of::<VertexRecord>())?,
             kin: run(|c| c.kin, &all_kins, 1)?,
-            attributes: (spans.norm.is_some(), spans.colr.is_some()),
+            attributes: [spans.norm.is_some(), spans.colr.is_some()],
         })
     }
 
     /// Bytes of a vertex with its attributes.
-    pub(super) const fn vertex_size(normals: bool, colors: bool) -> usize {
+    pub(super) const fn vertex_size([normals, colors]: [bool; 2]) -> usize {
         let normal = if normals { size_of::<NormalRecord>() } else { 0 };
         let color = if colors { size_of::<[u8; 4]>() } else { 0 };
         size_of::<VertexRecord>().saturating_add(normal).saturating_add(color)
@@ -110,7 +110,6 @@ impl Wanted {
 
     /// The most bytes of memory that the chunk takes, the reading included.
     pub(super) fn memory(&self) -> u64 {
-        let (normals, colors) = self.attributes;
         let vertices = self.vertices.len().saturating_add(self.kin.len());
         // A loop entry takes at most five bytes when its vertices are numbered anew.
         let sizes = [
@@ -121,8 +120,8 @@ impl Wanted {
             (self.faces.len(), size_of::<FaceRecord>()),
             (self.loops.len(), 1),
             (self.links.len(), size_of::<U32>()),
-            (vertices, Self::vertex_size(normals, colors)),
-            (self.kin.len(), Self::vertex_size(normals, colors).saturating_add(4)),
+            (vertices, Self::vertex_size(self.attributes)),
+            (self.kin.len(), Self::vertex_size(self.attributes).saturating_add(4)),
             (1, size_of::<Chunk>()),
         ];
         let bytes =
@@ -168,12 +167,8 @@ impl Runs {
 
 impl Chunk {
     /// Numbers everything from 0 on, so that each reference can be checked against what the chunk has.
-    pub(super) fn new(
-        wanted: &Wanted,
-        mut runs: Runs,
-        (normals, colors): (bool, bool),
-        path: &Path,
-    ) -> Result<Self, Broken> {
+    pub(super) fn new(wanted: &Wanted, mut runs: Runs, path: &Path) -> Result<Self, Broken> {
+        let [normals, colors] = wanted.attributes;
         let first_vertex = from_index(wanted.vertices.start)?;
         let own = from_index(runs.vertices.len())?;
         let kin = kin_of(&runs.links, first_vertex);
@@ -259,9 +254,9 @@ impl Chunk {
         &self.kin
     }
 
-    /// The number of the chunk's own vertices.
-    pub fn own_count(&self) -> u32 {
-        self.own
+    /// The names of its own vertices; chunks have runs of them one after the other, which may be empty.
+    pub fn own_vertices(&self) -> Range<u32> {
+        self.first_vertex..self.first_vertex.saturating_add(self.own)
     }
 
     /// The normals of its vertices; empty if the file has none.

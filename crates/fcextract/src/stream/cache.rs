@@ -1,0 +1,210 @@
+//! A tree that is read as it is looked at.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, PoisonError};
+use std::thread::JoinHandle;
+
+use super::loader::{Shared, by_urgency};
+use super::slots::Slots;
+use super::{Streamed, extract_chunks};
+use crate::{Error, Selection};
+use fct::ChunkFile;
+
+/// The crown of a file and those of its chunks that were used last, within a budget of bytes.
+///
+/// ```no_run
+/// use fcextract::{ChunkCache, Order, Selection, Streamed};
+///
+/// let cache = ChunkCache::open("city.fct".as_ref(), 256 << 20)?;
+/// let mut mesh = Streamed::default();
+/// for distance in [0.5, 0.4, 0.3] {
+///     cache.begin_frame();
+///     // Never waits for the disk: what is missing is drawn coarser and read in the background.
+///     cache.extract(&Selection::uniform(distance, Order::Bound), &mut mesh)?;
+///     println!("{} triangles, {} chunks missing", mesh.stats.triangles, mesh.missing.len());
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// It can be shared by threads. A chunk that cannot be read or is damaged is drawn as its root from then on, and its
+/// error is kept, see [`ChunkCache::errors`].
+pub struct ChunkCache {
+    shared: Arc<Shared>,
+    loader: Option<JoinHandle<()>>,
+    frame: AtomicU64,
+}
+
+/// What a cache has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct CacheStats {
+    /// Bytes that it takes now, the crown included.
+    pub bytes: u64,
+    /// The most bytes that it took, chunks that were being read included.
+    pub peak_bytes: u64,
+    /// Bytes of the crown, which always stays.
+    pub crown_bytes: u64,
+    /// Chunks in memory.
+    pub resident: u64,
+    /// Chunks that had to go.
+    pub evictions: u64,
+    /// Reads of the file, the opening included.
+    pub reads: u64,
+    /// Bytes of those reads.
+    pub bytes_read: u64,
+}
+
+impl ChunkCache {
+    /// Opens a file and reads its crown. `budget` is the most bytes that crown and chunks may take.
+    ///
+    /// # Errors
+    /// [`Error::Tree`] when the file cannot be read or has no chunks, [`Error::Memory`] when the crown and one chunk do
+    /// not fit into the budget, or no thread is to be had.
+    pub fn open(path: &Path, budget: u64) -> Result<ChunkCache, Error> {
+        ChunkCache::new(ChunkFile::open(path)?, budget)
+    }
+
+    /// The same for a file that is open.
+    ///
+    /// # Errors
+    /// As [`ChunkCache::open`].
+    pub fn new(file: ChunkFile, budget: u64) -> Result<ChunkCache, Error> {
+        let chunks = file.crown().chunk_count();
+        let largest = (0..chunks).filter_map(|chunk| file.chunk_bytes(chunk)).max().unwrap_or(0);
+        let needed = file.crown().bytes().saturating_add(largest);
+        let Some(rest) = budget.checked_sub(file.crown().bytes()).filter(|rest| *rest >= largest) else {
+            return Err(Error::Memory(format!(
+                "a budget of {budget} bytes does not hold the upper part of the tree and one chunk, {needed} bytes"
+            )));
+        };
+        let shared = Shared::new(file, Slots::new(chunks, rest));
+        let loader =
+            shared.start().map_err(|error| Error::Memory(format!("no thread could be started: {error}")))?;
+        Ok(ChunkCache { shared, loader: Some(loader), frame: AtomicU64::new(1) })
+    }
+
+    /// The file.
+    pub fn file(&self) -> &ChunkFile {
+        &self.shared.file
+    }
+
+    /// Begins a frame, of as many extractions as you like: what was wished for before is forgotten, and chunks that are
+    /// not used in this frame or the next may go.
+    pub fn begin_frame(&self) {
+        self.frame.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Extracts what the chunks in memory allow, and asks for the others. Never waits for the disk.
+    ///
+    /// # Errors
+    /// As [`extract_chunks`].
+    pub fn extract(&self, selection: &Selection, out: &mut Streamed) -> Result<(), Error> {
+        let frame = self.frame.load(Ordering::Relaxed);
+        self.draw(selection, frame, out)?;
+        self.shared.wish(frame, out.missing.iter().chain(&out.close).copied());
+        Ok(())
+    }
+
+    /// Extracts exactly what is asked for, reading what is missing first.
+    ///
+    /// The result depends on file and selection alone as long as nothing is [missing](Streamed::missing) in it: that
+    /// can only be what does not fit into the budget, or could not be read.
+    ///
+    /// # Errors
+    /// As [`extract_chunks`].
+    pub fn extract_now(&self, selection: &Selection, out: &mut Streamed) -> Result<(), Error> {
+        let frame = self.frame.load(Ordering::Relaxed);
+        loop {
+            self.draw(selection, frame, out)?;
+            out.missing.sort_unstable_by(|a, b| by_urgency(b, a));
+            // What the loader is reading is waited for; it is either there afterwards, or broken.
+            self.shared.forget_wishes();
+            self.shared.settle();
+            let read = out.missing.iter().filter(|wish| self.shared.load(wish, frame, frame)).count();
+            let now_there = {
+                let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
+                out.missing.iter().any(|wish| slots.get(wish.chunk).is_some())
+            };
+            if read == 0 && !now_there {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Waits until all is read that was asked for and for which there is room.
+    pub fn settle(&self) {
+        self.shared.settle();
+    }
+
+    /// The chunks in memory, in order.
+    pub fn resident(&self) -> Vec<u32> {
+        self.shared.slots.read().unwrap_or_else(PoisonError::into_inner).resident()
+    }
+
+    /// The chunks that could not be read, and why.
+    pub fn errors(&self) -> Vec<(u32, Arc<fct::Error>)> {
+        self.shared.slots.read().unwrap_or_else(PoisonError::into_inner).errors()
+    }
+
+    /// Lets chunks that could not be read be tried again.
+    pub fn retry(&self) {
+        self.shared.slots.write().unwrap_or_else(PoisonError::into_inner).retry();
+    }
+
+    /// What the cache has done so far.
+    pub fn stats(&self) -> CacheStats {
+        let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
+        let [taken, peak, evictions] = slots.counts();
+        let crown_bytes = self.shared.file.crown().bytes();
+        let [reads, bytes_read] = self.shared.file.reads();
+        CacheStats {
+            bytes: taken + crown_bytes,
+            peak_bytes: peak + crown_bytes,
+            crown_bytes,
+            resident: slots.resident().len() as u64,
+            evictions,
+            reads,
+            bytes_read,
+        }
+    }
+
+    fn draw(&self, selection: &Selection, frame: u64, out: &mut Streamed) -> Result<(), Error> {
+        {
+            let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
+            extract_chunks(self.shared.file.crown(), &|chunk| slots.get(chunk), selection, out)?;
+            for wish in &out.entered {
+                slots.touch(wish.chunk, frame, wish.urgency);
+            }
+        }
+        for damaged in out.damaged.drain(..) {
+            if let Error::Tree(error) = damaged.error {
+                let mut slots = self.shared.slots.write().unwrap_or_else(PoisonError::into_inner);
+                slots.break_chunk(damaged.chunk, error);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for ChunkCache {
+    fn drop(&mut self) {
+        self.shared.stop();
+        if let Some(loader) = self.loader.take() {
+            // It ends with the chunk that it reads now; that it panicked is nothing to act on here.
+            let _ended = loader.join();
+        }
+    }
+}
+
+impl std::fmt::Debug for ChunkCache {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ChunkCache").field("file", self.file()).field("stats", &self.stats()).finish()
+    }
+}
+
+// A cache is shared by the threads that draw from it.
+const _: () = {
+    const fn shared<T: Send + Sync>() {}
+    shared::<ChunkCache>();
+};
