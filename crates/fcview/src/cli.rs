@@ -46,6 +46,12 @@ pub struct Cli {
     /// Draw every face of the input
     #[arg(long)]
     pub no_lod: bool,
+    /// At most so many triangles in all copies together, spent where they lower the error on screen the most
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..), conflicts_with_all = ["no_lod", "pixels"])]
+    pub triangles: Option<u64>,
+    /// As many triangles as are drawn in time for so many frames a second
+    #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = positive, conflicts_with_all = ["no_lod", "pixels", "triangles"])]
+    pub fps: Option<f64>,
     /// Do not leave out what lies outside the view
     #[arg(long)]
     pub no_frustum: bool,
@@ -82,6 +88,12 @@ pub struct Cli {
     /// Frames, spread evenly over the path of the camera
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "headless")]
     pub frames: u32,
+    /// How many rounds of the camera the frames are spread over: more is faster
+    #[arg(long, value_name = "S", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive, requires = "headless")]
+    pub speed: f64,
+    /// Draw only the nearest part, which is drawn first and hides the rest
+    #[arg(long, requires = "headless")]
+    pub only_occluders: bool,
     /// Write a PNG picture of the last frame, or of each frame, if the name holds an n in braces for its
     /// number; existing pictures are replaced
     #[arg(long, value_name = "OUT.png", requires = "headless")]
@@ -147,7 +159,11 @@ impl Cli {
         FrameOptions {
             size: self.size,
             samples: self.samples,
-            detail: if self.no_lod { Detail::Full } else { Detail::Pixels(self.pixels) },
+            detail: match self.triangles {
+                _ if self.no_lod => Detail::Full,
+                Some(triangles) => Detail::Triangles(triangles),
+                None => Detail::Pixels(self.pixels),
+            },
             frustum: !self.no_frustum,
             backface: !self.no_backface,
             two_sided: self.two_sided,
@@ -162,6 +178,7 @@ impl Cli {
                 ColorFlag::Level => ColorMode::Level,
             },
             wireframe: self.wireframe,
+            only_occluders: self.only_occluders,
             measure: self.headless,
             ..FrameOptions::default()
         }
@@ -253,6 +270,9 @@ mod tests {
         assert_eq!(recorded.camera, CameraFlag::Path("way.json".into()));
         assert_eq!(parse("a.fct b.fct").unwrap().copies(), None);
         assert_eq!(parse("a.fct b.fct --instances 1").unwrap().copies(), Some(2));
+        let triangles = parse("a.fct --triangles 7000").unwrap().frame_options().detail;
+        assert_eq!(triangles, Detail::Triangles(7000));
+        assert_eq!(parse("a.fct --fps 30").unwrap().fps, Some(30.0));
         assert_eq!(parse("a.fct --pixels 2.5").unwrap().frame_options().detail, Detail::Pixels(2.5));
     }
 
@@ -277,7 +297,10 @@ mod tests {
             "a.fct --headless --camera round",
             "a.fct --camera fly",
             "a.fct --headless --watch",
-            "a.fct --triangles 5",
+            "a.fct --triangles 0",
+            "a.fct --triangles 9 --pixels 2",
+            "a.fct --fps 0",
+            "a.fct --fps 30 --triangles 9",
         ] {
             let error = parse(words).expect_err(words);
             assert_eq!(error.exit_code(), 2, "{words}");

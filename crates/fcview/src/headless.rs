@@ -8,6 +8,7 @@ use crate::cli::{CameraFlag, Cli, ColorFlag, OcclusionFlag};
 use crate::orbit::{Orbit, fly};
 use crate::scene::{Model, Scene};
 use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, median_total};
+use crate::steering::Steering;
 use crate::{Error, FrameStats, Gpu, Survivor};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -48,7 +49,8 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
     let mut survivor = Survivor::new(&scene, gpu)?;
     let info = survivor.gpu().map(Gpu::info);
     let software = survivor.gpu().is_some_and(Gpu::is_software);
-    let options = cli.frame_options();
+    let mut options = cli.frame_options();
+    let mut steering = cli.fps.map(Steering::new);
     let adapter = info.map(AdapterStats::from).unwrap_or_default();
     let milliseconds_setup = start.elapsed().as_secs_f64() * 1e3;
 
@@ -56,8 +58,11 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
     let mut written = Vec::new();
     let mut losses = cli.lose_device;
     for frame in 0..cli.frames {
-        let camera = way.camera(frame, cli.frames);
+        let camera = way.camera(frame, cli.frames, cli.speed);
         let picture = outputs::picture_name(cli, frame);
+        if let Some(steering) = &steering {
+            options.detail = steering.detail();
+        }
         let (mut stats, image) = survivor.draw(&camera, &options, |renderer| {
             if losses > 0 {
                 losses -= 1;
@@ -66,6 +71,9 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
             picture.as_ref().map(|_| renderer.image(false)).transpose()
         })?;
         stats.frame = frame;
+        if let Some(steering) = &mut steering {
+            steering.note(stats.milliseconds.total);
+        }
         frames.push(stats);
         if let (Some(name), Some(image)) = (picture, image) {
             image.write_png(&name)?;
@@ -111,9 +119,9 @@ impl Way {
         })
     }
 
-    /// The camera of one of `frames` frames.
-    fn camera(&self, frame: u32, frames: u32) -> Camera {
-        let part = |frames: u32| f64::from(frame) / f64::from(frames.max(1));
+    /// The camera of one of `frames` frames that are spread over `speed` rounds.
+    fn camera(&self, frame: u32, frames: u32, speed: f64) -> Camera {
+        let part = |frames: u32| speed * f64::from(frame) / f64::from(frames.max(1));
         match self {
             // The frame after the last of a round would be the first again.
             Way::Orbit(orbit) => {
@@ -121,9 +129,12 @@ impl Way {
                 turned.turn(-TAU * part(frames), 0.0);
                 turned.camera()
             }
-            Way::Fly { points, fov } => fly(points, *fov, part(frames)),
+            Way::Fly { points, fov } => fly(points, *fov, part(frames).fract()),
             // A recorded path has two ends.
-            Way::Recorded(path) => path.camera(part(frames.saturating_sub(1))),
+            Way::Recorded(path) => {
+                let part = part(frames.saturating_sub(1));
+                path.camera(if part > 1.0 { part.fract() } else { part })
+            }
         }
     }
 }
@@ -150,7 +161,9 @@ fn settings(cli: &Cli, scene: &Scene) -> SettingStats {
     SettingStats {
         size: cli.size,
         samples: cli.samples,
-        pixels: (!cli.no_lod).then_some(cli.pixels),
+        pixels: (!cli.no_lod && cli.triangles.is_none() && cli.fps.is_none()).then_some(cli.pixels),
+        triangles: cli.triangles,
+        fps: cli.fps,
         lod: !cli.no_lod,
         frustum: !cli.no_frustum,
         backface: !cli.no_backface && !cli.two_sided,
@@ -176,6 +189,7 @@ fn settings(cli: &Cli, scene: &Scene) -> SettingStats {
             _ => None,
         },
         frames: cli.frames,
+        speed: cli.speed,
         instances: scene.instances.len() as u64,
         seed: cli.seed,
         fov: cli.fov,

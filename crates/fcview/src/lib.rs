@@ -34,6 +34,7 @@ mod recovery;
 mod renderer;
 pub mod scene;
 pub mod stats;
+pub mod steering;
 #[cfg(feature = "window")]
 pub mod window;
 

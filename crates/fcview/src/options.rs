@@ -11,6 +11,12 @@ pub enum Detail {
     Pixels(f64),
     /// Errors of up to this distance, in the models' unit, wherever the camera is.
     Distance(f64),
+    /// Budget keys of up to this many pixels on screen: the cut that a budget chooses, whose mean error is lower than that
+    /// of [`Detail::Pixels`] with as many triangles, and which promises nothing.
+    Gain(f64),
+    /// So many triangles in all instances together, spent where they lower errors on screen the most. Those that face
+    /// away or lie outside the view count for nothing, those that others hide count.
+    Triangles(u64),
 }
 
 /// How hidden parts are left out.
@@ -62,6 +68,8 @@ pub struct FrameOptions {
     pub color: ColorMode,
     /// Draw the edges of all triangles too.
     pub wireframe: bool,
+    /// Draw nothing after the first round: shows what hides the rest.
+    pub only_occluders: bool,
     /// Choose detail and cull for this camera while another one draws: shows from outside what a view gets.
     pub frozen: Option<Camera>,
     /// Wait for the GPU after each stage, so that the stages' times are true. Costs a little of the total.
@@ -84,6 +92,7 @@ impl Default for FrameOptions {
             rounds: 8,
             color: ColorMode::Shaded,
             wireframe: false,
+            only_occluders: false,
             frozen: None,
             measure: false,
             depth: false,

@@ -18,7 +18,7 @@ use crate::gpu::pages::{Pages, Place};
 use crate::gpu::pipelines::{self, ClusterVertex, FrameUniform, InstanceRow, Pipelines, Sides};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
-use crate::options::{ColorMode, FrameOptions};
+use crate::options::{ColorMode, Detail, FrameOptions};
 use crate::scene::{Instance, Scene};
 use crate::stats::FrameStats;
 use crate::{Error, Gpu, Image};
@@ -42,6 +42,7 @@ pub struct Renderer {
     whole_indices: Pages,
     queries: OcclusionQueries,
     cuts: Meshes,
+    fitter: fcextract::Fitter,
     /// The last frame's plan, and its pieces that were drawn and that were found hidden.
     plan: Plan,
     drawn: Vec<Piece>,
@@ -111,6 +112,7 @@ impl Renderer {
             target: None,
             queries: OcclusionQueries::default(),
             cuts: Meshes::default(),
+            fitter: fcextract::Fitter::default(),
             plan: Plan::default(),
             drawn: Vec::new(),
             hidden: Vec::new(),
@@ -149,13 +151,16 @@ impl Renderer {
     ) -> Result<FrameStats, Error> {
         let start = Instant::now();
         let mut stats = FrameStats { frame: self.frames, ..FrameStats::default() };
+        if let Detail::Gain(pixels) = options.detail {
+            stats.gain = Some(pixels);
+        }
         let view = camera.view(options.size, scene.near(camera.eye))?;
         let chooser = match &options.frozen {
             Some(frozen) => frozen.view(options.size, scene.near(frozen.eye))?,
             None => view,
         };
         self.prepare(options)?;
-        let plan = Plan::new(scene, &chooser, &view, options, &mut stats.counts);
+        let plan = Plan::new(scene, &chooser, &view, options, &mut self.fitter, &mut stats)?;
         let mut clock = start;
         stats.milliseconds.cut += lap(&mut clock);
 

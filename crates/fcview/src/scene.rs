@@ -168,6 +168,14 @@ impl Scene {
         Scene { models, instances }
     }
 
+    /// The faces of all instances at full resolution.
+    pub fn face_count(&self) -> u64 {
+        let faces = |instance: &Instance| {
+            self.models.get(instance.model).map_or(0, |model| model.tree.face_count() as u64)
+        };
+        self.instances.iter().map(faces).sum()
+    }
+
     /// The centre and radius of an instance's sphere in the scene; `None` if it names no model.
     pub fn sphere(&self, instance: &Instance) -> Option<(DVec3, f64)> {
         let model = self.models.get(instance.model)?;

@@ -73,6 +73,26 @@ pub struct FrameStats {
     pub milliseconds: Milliseconds,
     /// Counts.
     pub counts: Counts,
+    /// The largest distance bound of a cluster drawn, in the scene's unit: how far its surface may lie from where it
+    /// belongs.
+    pub bound: f64,
+    /// The tolerance in pixels, by the order of budgets, that `--fps` came to; absent without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain: Option<f64>,
+    /// What became of a budget of triangles; absent without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget: Option<BudgetStats>,
+}
+
+/// What became of a budget of triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct BudgetStats {
+    /// The budget.
+    pub wanted: u64,
+    /// Triangles after frustum and cone culling, those that others hide included.
+    pub selected: u64,
+    /// Whether they keep to the budget; if not, even the coarsest cut is over it.
+    pub within: bool,
 }
 
 /// What the driver says about itself.
@@ -120,9 +140,15 @@ pub struct SettingStats {
     pub size: [u32; 2],
     /// Samples a pixel.
     pub samples: u32,
-    /// Tolerance in pixels; absent at full resolution.
+    /// Tolerance in pixels; absent at full resolution and with a budget.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pixels: Option<f64>,
+    /// `--triangles`; absent without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub triangles: Option<u64>,
+    /// `--fps`; absent without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fps: Option<f64>,
     /// `--no-lod` is off.
     pub lod: bool,
     /// `--no-frustum` is off.
@@ -144,6 +170,8 @@ pub struct SettingStats {
     pub camera_path: Option<String>,
     /// `--frames`.
     pub frames: u32,
+    /// `--speed`: rounds of the camera.
+    pub speed: f64,
     /// Instances placed: those of `--instances`, but at least one of each file.
     pub instances: u64,
     /// `--seed`.

@@ -18,6 +18,7 @@ const EVERYTHING: FrameOptions = FrameOptions {
     rounds: 4,
     color: ColorMode::Shaded,
     wireframe: false,
+    only_occluders: false,
     frozen: None,
     measure: false,
     depth: true,

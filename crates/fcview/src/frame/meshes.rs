@@ -63,7 +63,6 @@ impl Meshes {
             stats.clusters += one.clusters;
             stats.folded += one.folded;
             stats.triangles += one.triangles;
-            stats.bound = stats.bound.max(one.bound);
         }
         Ok(meshes)
     }

@@ -20,6 +20,8 @@ pub(crate) struct Piece {
     pub(crate) near: f64,
     /// That distance in steps: what is drawn first.
     pub(crate) band: i32,
+    /// The band of its middle: where an instance that is still whole has most of its triangles.
+    pub(crate) middle: i32,
     /// About how many triangles it draws.
     pub(crate) triangles: f64,
     /// Whether it is as small as pieces are made.
@@ -88,7 +90,8 @@ fn divide_one(scene: &Scene, plan: &Plan, piece: &Piece, stats: &mut Stats) -> R
             // Never before what it is a part of, whatever the rounding.
             let near = reckoning.near(center, radius).max(piece.near);
             let triangles = reckoning.triangles(center, radius, part.subtree.face_count());
-            out.push(Piece { part, near, band: reckoning.band(near), triangles, divided: true, ..*piece });
+            let band = reckoning.band(near);
+            out.push(Piece { part, near, band, middle: band, triangles, divided: true, ..*piece });
         })
         .map_err(|source| Error::Extract { model: model.name.clone(), source })?;
     Ok(out)

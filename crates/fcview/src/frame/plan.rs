@@ -1,11 +1,12 @@
 //! What each instance in sight shows: its selection, and how much of the picture it is about.
 
 use super::pieces::Piece;
+use crate::Error;
 use crate::camera::View;
 use crate::options::{Detail, FrameOptions};
 use crate::scene::{Instance, Scene};
-use crate::stats::Counts;
-use fcextract::{Part, Perspective, Selection, Tolerance};
+use crate::stats::{BudgetStats, FrameStats};
+use fcextract::{Budget, Fitter, Order, Part, Perspective, Selection, Shown, Tolerance};
 use fcgeom::{Containment, Frustum, Sphere};
 use glam::DVec3;
 
@@ -48,11 +49,13 @@ impl Plan {
         chooser: &View,
         view: &View,
         options: &FrameOptions,
-        counts: &mut Counts,
-    ) -> Plan {
+        fitter: &mut Fitter,
+        stats: &mut FrameStats,
+    ) -> Result<Plan, Error> {
+        let counts = &mut stats.counts;
         let mut plan = Plan::default();
         let world = Frustum::from_view_projection(&chooser.clip_from_world());
-        let mut triangles = 0.0;
+        let mut in_view = Vec::new();
         let mut span = [f64::INFINITY, view.near];
         for (number, instance) in scene.instances.iter().enumerate() {
             counts.instances += 1;
@@ -66,7 +69,7 @@ impl Plan {
                 let near = reckoning.near(model.center, model.radius);
                 let far = near + 2.0 * model.radius * instance.scale;
                 span = [span[0].min(near), span[1].max(far)];
-                triangles += reckoning.triangles(model.center, model.radius, model.tree.face_count() as u32);
+                in_view.push((reckoning, model));
             }
             let frustum = match (options.frustum, containment) {
                 (true, Containment::Outside) => {
@@ -79,13 +82,57 @@ impl Plan {
             let selection = selection(instance, chooser, options, frustum);
             plan.placed.push(Placed { instance: number, model: instance.model, selection, reckoning });
         }
+        let mut density = density(options.detail);
+        if let Detail::Triangles(budget) = options.detail {
+            let pixels = plan.fit(scene, fitter, budget, stats)?;
+            density = density_at(pixels);
+        }
+        let triangles: f64 = in_view
+            .iter()
+            .map(|(reckoning, model)| {
+                let faces = model.tree.face_count() as u32;
+                Reckoning { density, ..*reckoning }.triangles(model.center, model.radius, faces)
+            })
+            .sum();
         let bands = BANDS / (span[1] / span[0].max(view.near)).ln().max(1e-6);
         for placed in &mut plan.placed {
             placed.reckoning.near = span[0].max(view.near);
             placed.reckoning.bands = bands;
+            placed.reckoning.density = density;
         }
         plan.piece_triangles = (triangles / options.queries.max(1) as f64).max(FEWEST_TRIANGLES);
-        plan
+        Ok(plan)
+    }
+
+    /// Divides a budget among the instances. Returns the tolerance that it comes to, in pixels and by the budget's order,
+    /// which promises nothing.
+    fn fit(
+        &mut self,
+        scene: &Scene,
+        fitter: &mut Fitter,
+        budget: u64,
+        stats: &mut FrameStats,
+    ) -> Result<f64, Error> {
+        let mut places = Vec::with_capacity(self.placed.len());
+        let mut shown = Vec::with_capacity(self.placed.len());
+        for (place, placed) in self.placed.iter_mut().enumerate() {
+            let Some(model) = scene.models.get(placed.model) else { continue };
+            let selection = std::mem::replace(&mut placed.selection, Selection::full());
+            shown.push(Shown { tree: &model.tree, selection });
+            places.push(place);
+        }
+        // The first model stands for all of them in the message: which one is damaged, its reader says.
+        let name = || scene.models.first().map_or_else(String::new, |model| model.name.clone());
+        let fitted = fitter
+            .fit(&mut shown, Budget::Triangles(budget))
+            .map_err(|source| Error::Extract { model: name(), source })?;
+        for (place, one) in places.into_iter().zip(shown) {
+            if let Some(placed) = self.placed.get_mut(place) {
+                placed.selection = one.selection;
+            }
+        }
+        stats.budget = Some(BudgetStats { wanted: budget, selected: fitted.count, within: fitted.within });
+        Ok(fitted.factor)
     }
 
     /// Every instance in sight as one piece.
@@ -99,6 +146,7 @@ impl Plan {
                 part: Part::whole(&model.tree, &placed.selection),
                 near,
                 band: placed.reckoning.band(near),
+                middle: placed.reckoning.band(near + placed.reckoning.scale * model.radius),
                 triangles: placed.reckoning.triangles(model.center, model.radius, faces),
                 divided: false,
             })
@@ -125,10 +173,6 @@ pub(crate) struct Reckoning {
 
 impl Reckoning {
     fn new(instance: &Instance, view: &View, options: &FrameOptions) -> Reckoning {
-        let density = match options.detail {
-            Detail::Pixels(pixels) => TRIANGLES_PER_PIXEL / (pixels * pixels),
-            Detail::Full | Detail::Distance(_) => f64::INFINITY,
-        };
         Reckoning {
             eye: instance.to_model(view.eye),
             scale: instance.scale,
@@ -136,7 +180,7 @@ impl Reckoning {
             bands: 0.0,
             pixel: view.pixel,
             picture: f64::from(options.size[0]) * f64::from(options.size[1]),
-            density,
+            density: f64::INFINITY,
         }
     }
 
@@ -164,6 +208,19 @@ impl Reckoning {
     }
 }
 
+/// About how many triangles a pixel has at a tolerance: their number falls about as fast as the tolerance grows.
+fn density_at(pixels: f64) -> f64 {
+    TRIANGLES_PER_PIXEL / pixels
+}
+
+/// The same for any way to say how much detail is drawn; infinite where only the faces of the input limit it.
+fn density(detail: Detail) -> f64 {
+    match detail {
+        Detail::Pixels(pixels) | Detail::Gain(pixels) => density_at(pixels),
+        Detail::Full | Detail::Distance(_) | Detail::Triangles(_) => f64::INFINITY,
+    }
+}
+
 /// What an instance shows of its model, in the model's coordinates.
 fn selection(
     instance: &Instance,
@@ -172,17 +229,26 @@ fn selection(
     frustum: Option<Frustum>,
 ) -> Selection {
     let eye = instance.to_model(view.eye);
-    let tolerance = match options.detail {
-        Detail::Full => Tolerance::Full,
-        Detail::Distance(distance) => Tolerance::Uniform { distance: distance / instance.scale },
+    let perspective = |pixels: f64| {
         // Lengths and distances scale alike, so the slope is the same in the model.
-        Detail::Pixels(pixels) => Tolerance::Perspective(Perspective {
+        Tolerance::Perspective(Perspective {
             eye,
             axis: instance.direction_to_model(view.forward),
             slope: pixels * view.pixel,
             corner_cos: view.corner_cos,
-        }),
+        })
+    };
+    let tolerance = match options.detail {
+        Detail::Full => Tolerance::Full,
+        Detail::Distance(distance) => Tolerance::Uniform { distance: distance / instance.scale },
+        Detail::Pixels(pixels) | Detail::Gain(pixels) => perspective(pixels),
+        // A pixel of error weighs the same everywhere; by how much the tolerances are multiplied, the budget says.
+        Detail::Triangles(_) => perspective(1.0),
+    };
+    let order = match options.detail {
+        Detail::Triangles(_) | Detail::Gain(_) => Order::Budget,
+        Detail::Full | Detail::Distance(_) | Detail::Pixels(_) => Order::Bound,
     };
     let backface = options.backface && !options.two_sided;
-    Selection { tolerance, frustum, backface_eye: backface.then_some(eye), ..Selection::full() }
+    Selection { tolerance, order, frustum, backface_eye: backface.then_some(eye), ..Selection::full() }
 }

@@ -40,6 +40,12 @@ impl Renderer {
         let mut cut = fcextract::Stats::default();
         let meshes = self.cuts.cut(frame.scene, frame.plan, pieces, frame.paint, &mut cut)?;
         stats.counts.add(&cut);
+        for mesh in meshes {
+            let placed = frame.plan.placed.get(mesh.placed as usize);
+            let scale =
+                placed.and_then(|placed| frame.scene.instances.get(placed.instance)).map_or(1.0, |i| i.scale);
+            stats.bound = stats.bound.max(scale * f64::from(mesh.extraction.stats.bound));
+        }
         stats.milliseconds.cut += lap(clock);
         let data: Vec<&[u8]> = match frame.paint {
             Some(_) => meshes.iter().map(|mesh| bytemuck::cast_slice(&mesh.corners)).collect(),

@@ -34,9 +34,9 @@ impl Renderer {
         };
         let mut waiting = frame.plan.whole(frame.scene);
         for round in 0..rounds {
-            let (first, last) = (round == 0, round + 1 == rounds);
-            pieces::front_to_back(&mut waiting);
-            let end = if last { i32::MAX } else { end_of_round(round, rounds, &waiting) };
+            let first = round == 0;
+            let end = if round + 1 == rounds { i32::MAX } else { end_of_round(round, rounds, &waiting) };
+            let last = round + 1 == rounds || frame.options.only_occluders;
             let mut now = self.due(frame, &mut waiting, end, !first, clock, stats)?;
             pieces::front_to_back(&mut now);
             stats.counts.batches += now.len() as u64;
@@ -52,6 +52,8 @@ impl Renderer {
                 let stage =
                     if first { &mut stats.milliseconds.occluders } else { &mut stats.milliseconds.draw };
                 *stage += lap(clock);
+            } else {
+                break;
             }
         }
         Ok(())
@@ -121,17 +123,20 @@ fn triangles(pieces: &[Piece]) -> f64 {
     pieces.iter().map(|piece| piece.triangles).sum()
 }
 
-/// The last band of a round: the bands up to there begin with about the round's share of what waits, sorted by band.
-/// Less in the first rounds, whose pieces hide the most and are hidden the least.
+/// The last band of a round: the bands up to there have about the round's share of what waits. Less in the first rounds,
+/// whose pieces hide the most and are hidden the least.
 fn end_of_round(round: u32, rounds: u32, waiting: &[Piece]) -> i32 {
     let until = |round: u32| (f64::from(round) / f64::from(rounds)).powf(1.5);
     let share = (until(round + 1) - until(round)) / (1.0 - until(round));
     let wanted = share * triangles(waiting);
+    let mut by_middle: Vec<(i32, f64)> =
+        waiting.iter().map(|piece| (piece.middle, piece.triangles)).collect();
+    by_middle.sort_unstable_by_key(|(middle, _)| *middle);
     let mut sum = 0.0;
-    for piece in waiting {
-        sum += piece.triangles;
+    for (middle, triangles) in by_middle {
+        sum += triangles;
         if sum >= wanted {
-            return piece.band;
+            return middle;
         }
     }
     i32::MAX

@@ -63,7 +63,7 @@ impl<'a> App<'a> {
             navigation,
             good: navigation,
             mouse: Mouse::default(),
-            panel: Panel::new(cli.frame_options(), cli.pixels, faces(&scene)),
+            panel: Panel::new(cli.frame_options(), cli.pixels, cli.fps, scene.face_count()),
             chooser: Chooser::beside(cli.files.first()),
             recording: None,
             saving: false,
@@ -141,7 +141,9 @@ impl<'a> App<'a> {
         }
         match screen.renderer.draw(&self.scene, &camera, &self.panel.options) {
             Ok(stats) => {
-                self.panel.note(&stats);
+                if self.panel.note(&stats) {
+                    screen.window.request_redraw();
+                }
                 self.good = self.navigation;
             }
             // A camera without a view gives way to the last that had one.
@@ -328,7 +330,7 @@ impl<'a> App<'a> {
         })?;
         self.scene = scene;
         self.cli = cli;
-        self.panel.faces = faces(&self.scene);
+        self.panel.faces = self.scene.face_count();
         self.panel.message = format!("opened {}", names(&self.cli.files));
         self.watch = self.watch.is_some().then(|| Watch::new(&self.cli.files));
         if let Some(screen) = &self.screen {
@@ -409,14 +411,6 @@ fn show_frozen(context: &egui::Context, scene: &Scene, camera: &Camera, panel: &
         .fold(0.0, f64::max);
     let painter = context.layer_painter(egui::LayerId::background());
     outline::draw(&painter, context.content_rect(), &view, frozen, width / height, depth);
-}
-
-/// The faces of all instances at full resolution.
-fn faces(scene: &Scene) -> u64 {
-    let faces = |instance: &crate::Instance| {
-        scene.models.get(instance.model).map_or(0, |model| model.tree.face_count() as u64)
-    };
-    scene.instances.iter().map(faces).sum()
 }
 
 /// Saves the picture, without the panel, under the first free name. Returns what became of it.

@@ -5,6 +5,7 @@ use super::input::KEYS;
 use super::navigation::{Mode, Navigation};
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
 use crate::stats::{FrameStats, grouped};
+use crate::steering::Steering;
 use egui::{CollapsingHeader, RichText, Slider, Ui};
 
 /// Width of the panel's contents, points.
@@ -30,12 +31,31 @@ const COLORS: [(ColorMode, &str); 4] = [
     (ColorMode::Level, "level"),
 ];
 
+/// Budgets that can be set, triangles.
+const TRIANGLES: std::ops::RangeInclusive<f64> = 1e3..=1e7;
+
+/// Frames a second that can be set.
+const FPS: std::ops::RangeInclusive<f64> = 1.0..=120.0;
+
+/// What says how much detail is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Goal {
+    Error,
+    Triangles,
+    Rate,
+    Full,
+}
+
 /// What the panel shows and sets.
 pub(super) struct Panel {
     /// How frames are drawn.
     pub(super) options: FrameOptions,
-    /// Tolerance, kept while full resolution is on.
+    goal: Goal,
+    /// Tolerance, budget and rate, each kept while another one counts.
     pixels: f64,
+    triangles: f64,
+    fps: f64,
+    steering: Steering,
     /// Whether detail and culling are held.
     pub(super) frozen: bool,
     /// Whether the panel is there.
@@ -68,10 +88,21 @@ pub(super) struct Wishes {
 }
 
 impl Panel {
-    pub(super) fn new(options: FrameOptions, pixels: f64, faces: u64) -> Panel {
+    pub(super) fn new(options: FrameOptions, pixels: f64, fps: Option<f64>, faces: u64) -> Panel {
+        let (goal, triangles) = match options.detail {
+            _ if fps.is_some() => (Goal::Rate, 1e5),
+            Detail::Full => (Goal::Full, 1e5),
+            Detail::Triangles(triangles) => (Goal::Triangles, triangles as f64),
+            Detail::Pixels(_) | Detail::Gain(_) | Detail::Distance(_) => (Goal::Error, 1e5),
+        };
+        let fps = fps.unwrap_or(30.0);
         Panel {
             options,
+            goal,
             pixels,
+            triangles,
+            fps,
+            steering: Steering::new(fps),
             frozen: false,
             shown: true,
             message: String::new(),
@@ -83,19 +114,38 @@ impl Panel {
     }
 
     /// Notes a frame for the display.
-    pub(super) fn note(&mut self, stats: &FrameStats) {
+    ///
+    /// True if the next frame is to have another budget.
+    pub(super) fn note(&mut self, stats: &FrameStats) -> bool {
         self.history.note(stats.milliseconds);
         self.stats = *stats;
+        let steered = self.goal == Goal::Rate && self.steering.note(stats.milliseconds.total);
+        self.options.detail = self.detail();
+        steered
+    }
+
+    /// How much detail the goal asks for.
+    fn detail(&self) -> Detail {
+        match self.goal {
+            Goal::Error => Detail::Pixels(self.pixels),
+            Goal::Triangles => Detail::Triangles(self.triangles as u64),
+            Goal::Rate => self.steering.detail(),
+            Goal::Full => Detail::Full,
+        }
     }
 
     /// Makes the tolerance so many times coarser. False if it is as coarse as can be.
     pub(super) fn coarsen(&mut self, factor: f64) -> bool {
-        let before = (self.options.detail, self.pixels);
-        if self.options.detail != Detail::Full {
-            self.pixels = (self.pixels * factor).clamp(*PIXELS.start(), *PIXELS.end());
+        let before = self.options.detail;
+        match self.goal {
+            Goal::Error => self.pixels = (self.pixels * factor).clamp(*PIXELS.start(), *PIXELS.end()),
+            Goal::Triangles => {
+                self.triangles = (self.triangles / factor).clamp(*TRIANGLES.start(), *TRIANGLES.end());
+            }
+            Goal::Rate | Goal::Full => self.goal = Goal::Error,
         }
-        self.options.detail = Detail::Pixels(self.pixels);
-        before != (self.options.detail, self.pixels)
+        self.options.detail = self.detail();
+        before != self.options.detail
     }
 
     /// Lays the panel out.
@@ -147,13 +197,32 @@ impl Panel {
     }
 
     fn switches(&mut self, ui: &mut Ui) {
-        let mut lod = self.options.detail != Detail::Full;
-        ui.checkbox(&mut lod, "Level of detail");
-        ui.add_enabled(
-            lod,
-            Slider::new(&mut self.pixels, PIXELS).logarithmic(true).suffix(" px").text("error"),
-        );
-        self.options.detail = if lod { Detail::Pixels(self.pixels) } else { Detail::Full };
+        ui.horizontal(|ui| {
+            ui.label("Detail");
+            ui.selectable_value(&mut self.goal, Goal::Error, "error");
+            ui.selectable_value(&mut self.goal, Goal::Triangles, "triangles");
+            ui.selectable_value(&mut self.goal, Goal::Rate, "fps");
+            ui.selectable_value(&mut self.goal, Goal::Full, "full");
+        });
+        match self.goal {
+            Goal::Error => {
+                ui.add(Slider::new(&mut self.pixels, PIXELS).logarithmic(true).suffix(" px").text("error"));
+            }
+            Goal::Triangles => {
+                let slider = Slider::new(&mut self.triangles, TRIANGLES).logarithmic(true).integer();
+                ui.add(slider.text("triangles"));
+            }
+            Goal::Rate => {
+                let slider = Slider::new(&mut self.fps, FPS).logarithmic(true).integer().text("fps");
+                if ui.add(slider).changed() {
+                    self.steering = Steering::new(self.fps);
+                }
+            }
+            Goal::Full => {
+                ui.label("every face of the input");
+            }
+        }
+        self.options.detail = self.detail();
         ui.checkbox(&mut self.options.frustum, "Frustum culling");
         ui.add_enabled(
             !self.options.two_sided,
@@ -249,7 +318,8 @@ mod tests {
 
     #[test]
     fn coarser_ends_at_the_slider_s_end() {
-        let mut panel = Panel::new(FrameOptions { detail: Detail::Full, ..FrameOptions::default() }, 1.0, 0);
+        let mut panel =
+            Panel::new(FrameOptions { detail: Detail::Full, ..FrameOptions::default() }, 1.0, None, 0);
         assert!(panel.coarsen(2.0));
         assert_eq!(panel.options.detail, Detail::Pixels(1.0), "first there is level of detail at all");
         for _ in 0..6 {

@@ -16,7 +16,7 @@ use super::speed::{Speed, cases, time};
 use super::table::{Table, three};
 use super::targets;
 use super::walk::{JUMP, Walk, walks};
-use crate::figures::plot::{Plot, Series};
+use crate::figures::plot::{Plot, Scale, Series};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -309,6 +309,7 @@ fn plot(name: &str, walks: &[Walk; 2]) -> Plot {
         title: format!("A walk through 100 instances of {name}"),
         x_label: "triangles of a frame".to_owned(),
         y_label: "milliseconds of a frame".to_owned(),
+        x_scale: Scale::Logarithmic,
         series: vec![series(&walks[0], "#1f6fb4", ""), series(&walks[1], "#c8502a", "5 3")],
     }
 }

@@ -8,7 +8,7 @@ use super::model::Model;
 use super::modes;
 use super::output::Output;
 use super::page::{Panel, listed, panels, table, three, verdict, whole};
-use super::plot::{Plot, Series};
+use super::plot::{Plot, Scale, Series};
 use std::error::Error;
 use std::fmt::Write as _;
 
@@ -107,6 +107,7 @@ fn curves(model: &Model, out: &Output) -> Result<Outcome, Box<dyn Error>> {
             title: format!("{}, {} faces", model.name, whole(model.faces())),
             x_label: "clusters".to_owned(),
             y_label: y_label.to_owned(),
+            x_scale: Scale::Logarithmic,
             series: series.filter(|s| s.points.iter().any(|p| p.1.is_finite())).collect(),
         };
         out.write(&format!("{what}-{}.svg", model.name), plot.to_svg().as_bytes())

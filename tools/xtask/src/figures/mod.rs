@@ -1,9 +1,9 @@
 //! `cargo xtask figures`: the figures of the papers, made by this project, and a page that explains them.
 //!
-//! The same input gives the same bytes, but for the table of times. Nothing here needs a GPU.
+//! The same input gives the same bytes, but for the table of times and the walk, which alone needs a graphics driver.
 //!
 //! # Paper
-//! `[Tsuji07]` figures 3, 9, 10, 11 and 12; `[TsujiJa]` table 1 and figures 4, 5, 7 and 8.
+//! `[Tsuji07]` figures 3 and 7 to 15; `[TsujiJa]` table 1 and figures 4, 5, 7 and 8.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -27,6 +27,7 @@ mod regions;
 mod sampling;
 mod times;
 mod view;
+mod walk;
 
 use crate::data::sculpture;
 use model::Model;
@@ -45,6 +46,9 @@ pub(crate) struct Args {
     /// Small pictures of the samples alone, in seconds, into target/figures.
     #[arg(long)]
     quick: bool,
+    /// Only the walk, which needs a graphics driver and differs from run to run.
+    #[arg(long, conflicts_with = "quick")]
+    only_walk: bool,
 }
 
 /// Writes every figure and the page.
@@ -59,11 +63,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     if scans.is_none() {
         eprintln!("no --scans: the figures show the samples of this project alone");
     }
+    let chief = scans.map_or_else(|| home.join("data/sculpture.ply"), |folder| folder.join("bunny.ply"));
+    if args.only_walk {
+        return out.write("walk.md", walk::page(&chief, &out)?.as_bytes());
+    }
     let inputs = Inputs::read(&home.join("data"), scans)?;
     let page = inputs.page(&out)?;
     out.write("README.md", page.as_bytes())?;
     if !args.quick {
         out.write("partition-times.md", inputs.times()?.as_bytes())?;
+        out.write("walk.md", walk::page(&chief, &out)?.as_bytes())?;
     }
     Ok(())
 }
@@ -141,7 +150,7 @@ impl Inputs {
         let mut text = String::from(
             "# Figures\n\n\
              The figures of [Tsuji07] and [TsujiJa], made anew by this project; [the references](../references.md) name both papers in full.\n\
-             `cargo xtask figures --scans DIR` writes this page and every picture in it, the same bytes on the same input, and [a table of times](partition-times.md), which differs from run to run.\n\
+             `cargo xtask figures --scans DIR` writes this page and every picture in it, the same bytes on the same input, and [a table of times](partition-times.md) and [a walk through a hundred copies](walk.md), which differ from run to run.\n\
              Without `--scans` it shows the samples of this project alone.\n\
              Where a claim of a paper does not reproduce, the page says so.\n\n",
         );

@@ -1,4 +1,4 @@
-//! Line plots over two logarithmic axes, as SVG.
+//! Line plots as SVG; heights are logarithmic.
 
 use super::page::whole;
 use std::fmt::Write as _;
@@ -16,6 +16,13 @@ pub(crate) struct Series {
     pub(crate) points: Vec<(f64, f64)>,
 }
 
+/// How an axis runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Scale {
+    Linear,
+    Logarithmic,
+}
+
 /// A plot.
 #[derive(Clone, Debug)]
 pub(crate) struct Plot {
@@ -25,6 +32,8 @@ pub(crate) struct Plot {
     pub(crate) x_label: String,
     /// At its left, with the unit.
     pub(crate) y_label: String,
+    /// How the lower axis runs.
+    pub(crate) x_scale: Scale,
     /// In the order of the legend.
     pub(crate) series: Vec<Series>,
 }
@@ -34,9 +43,10 @@ const HEIGHT: f64 = 420.0;
 /// Left, right, upper and lower edge of the axes.
 const BOX: [f64; 4] = [78.0, 610.0, 62.0, 364.0];
 
-/// From a logarithm to a place.
+/// From a number, or its logarithm, to a place.
 #[derive(Clone, Copy)]
 struct Axis {
+    scale: Scale,
     low: f64,
     high: f64,
     from: f64,
@@ -61,11 +71,18 @@ impl Axis {
         // A thousandth of slack: a value that is a tick up to rounding needs no other.
         let below = ticks(low).filter(|t| *t <= low * 1.001).fold(low / 10.0, f64::max);
         let above = ticks(high).filter(|t| *t * 1.001 >= high).fold(high * 10.0, f64::min);
-        Axis { low: below.log10(), high: above.log10(), from, to }
+        Axis { scale: Scale::Logarithmic, low: below.log10(), high: above.log10(), from, to }
+    }
+
+    /// From nought to a little above all values.
+    fn from_nought(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Axis {
+        let most = values.fold(0.0, f64::max);
+        Axis { scale: Scale::Linear, low: 0.0, high: if most > 0.0 { 1.02 * most } else { 1.0 }, from, to }
     }
 
     fn place(&self, x: f64) -> f64 {
-        self.from + (x.log10() - self.low) / (self.high - self.low) * (self.to - self.from)
+        let x = if self.scale == Scale::Linear { x } else { x.log10() };
+        self.from + (x - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
     /// Which multiples of powers of ten have names: the fewer powers there are, the more.
@@ -74,6 +91,23 @@ impl Axis {
             0 | 1 => &[1, 2, 3, 4, 5, 6, 7, 8, 9],
             2 | 3 => &[1, 2, 5],
             _ => &[1],
+        }
+    }
+
+    /// The grid of a linear axis: four to ten round steps.
+    fn steps(&self, out: &mut String, top: f64, bottom: f64) {
+        let decade = ten_to(self.high.log10().floor() as i32 - 1);
+        let step = [1.0, 2.0, 5.0, 10.0, 20.0].map(|m| m * decade).into_iter().find(|s| self.high / s <= 8.0);
+        let step = step.unwrap_or(self.high).max(1.0);
+        for k in 0..=(self.high / step) as usize {
+            let x = self.place(k as f64 * step);
+            let _ = writeln!(
+                out,
+                "<line x1=\"{x:.1}\" y1=\"{top}\" x2=\"{x:.1}\" y2=\"{bottom}\" stroke=\"#ccc\"/>\n\
+                 <text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+                bottom + 18.0,
+                whole((k as f64 * step) as usize)
+            );
         }
     }
 
@@ -97,7 +131,10 @@ impl Plot {
     pub(crate) fn to_svg(&self) -> String {
         let [left, right, top, bottom] = BOX;
         let points = || self.series.iter().flat_map(|s| s.points.iter().copied()).filter(shown);
-        let x_axis = Axis::over(points().map(|p| p.0), left, right);
+        let x_axis = match self.x_scale {
+            Scale::Linear => Axis::from_nought(points().map(|p| p.0), left, right),
+            Scale::Logarithmic => Axis::over(points().map(|p| p.0), left, right),
+        };
         let y_axis = Axis::over(points().map(|p| p.1), bottom, top);
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\" fill=\"#222\">\n\
@@ -131,7 +168,12 @@ impl Plot {
     fn grid(&self, out: &mut String, x_axis: Axis, y_axis: Axis) {
         let [left, right, top, bottom] = BOX;
         let (x_parts, y_parts) = (x_axis.named_parts(), y_axis.named_parts());
-        for d in *x_axis.decades().start() - 1..=*x_axis.decades().end() {
+        if self.x_scale == Scale::Linear {
+            x_axis.steps(out, top, bottom);
+        }
+        let decades = x_axis.decades();
+        let logarithmic = self.x_scale == Scale::Logarithmic;
+        for d in (*decades.start() - 1..=*decades.end()).filter(|_| logarithmic) {
             for m in 1..10 {
                 let value = f64::from(m) * ten_to(d);
                 let x = x_axis.place(value);
@@ -258,6 +300,7 @@ mod tests {
             title: "a < b".to_owned(),
             x_label: "clusters".to_owned(),
             y_label: "error".to_owned(),
+            x_scale: Scale::Logarithmic,
             series: vec![Series {
                 name: "pca".to_owned(),
                 color: "#d50",

@@ -1,0 +1,153 @@
+//! Promise: at a fixed selection the picture is the same with and without culling, pixel for pixel, from anywhere: near,
+//! far, inside models, along surfaces, among many copies.
+//!
+//! Frustum and occlusion culling change no pixel. Cones may change pixels in which a folded triangle shows, and no others
+//! have been seen to change; they are counted.
+#![allow(clippy::print_stdout, reason = "the counts are part of the promise")]
+
+mod model;
+
+use fcbuild::import::{ImportOptions, import};
+use fcbuild::mesh::Weld;
+use fcbuild::{BuildOptions, SplitMode};
+use fcview::options::FrameOptions;
+use fcview::random::Random;
+use fcview::{Camera, Detail, Model, Occlusion, Renderer, Scene};
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+fn model_of(file: &Path) -> Model {
+    let soup = import(file, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} }).unwrap();
+    let options = BuildOptions { split: SplitMode::Quality, weld: Weld::Exact, progress: &|_, _, _| {} };
+    let built = fcbuild::build(soup, &options).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.fct");
+    fct::write(&path, &built.data(), &fct::WriteOptions { overwrite: true, source_id: 0 }).unwrap();
+    // The map outlives the file's name.
+    Model::open(&path).unwrap()
+}
+
+fn sample(name: &str) -> Model {
+    model_of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data").join(name))
+}
+
+/// A camera far from a scene, near to it, at a point of a surface, within it, or looking along it.
+fn random_camera(random: &mut Random, scene: &Scene) -> Camera {
+    let points = scene.extremes();
+    let (low, high) = points
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let (middle, size) = (low.midpoint(high), low.distance(high));
+    let pick = |random: &mut Random| points[random.below(points.len() as u64) as usize];
+    let surface = pick(random);
+    let fov = 0.3 + 1.2 * random.unit();
+    let (eye, target) = match random.below(5) {
+        0 => (middle + random.direction() * size * (1.0 + 4.0 * random.unit()), middle),
+        1 => (middle + random.direction() * size * (0.4 + 0.4 * random.unit()), surface),
+        2 => (surface + random.direction() * size * 0.02 * random.unit(), pick(random)),
+        3 => (surface.lerp(pick(random), random.unit()), pick(random)),
+        // From a point a hair off the surface to another one that is as near.
+        _ => {
+            let off = random.direction() * size * 0.01;
+            let far = points.iter().copied().min_by(|a, b| {
+                let apart = |p: &DVec3| (p.distance(surface) / size - 0.2).abs();
+                apart(a).total_cmp(&apart(b))
+            });
+            (surface + off, far.unwrap() + off)
+        }
+    };
+    Camera::look_at(eye, target + random.direction() * size * 1e-3, fov).unwrap()
+}
+
+fn random_detail(random: &mut Random, scene: &Scene) -> Detail {
+    match random.below(4) {
+        0 => Detail::Full,
+        1 => Detail::Distance(scene.models[0].reach * 10.0_f64.powf(-1.0 - 3.0 * random.unit())),
+        _ => Detail::Pixels(0.5 * 16.0_f64.powf(random.unit())),
+    }
+}
+
+/// Looks at a scene from so many places; returns the numbers of views, and of pixels that the cone test changed.
+fn look(name: &str, scene: &Scene, views: u32, size: [u32; 2], seed: u64) -> (u32, usize) {
+    let mut renderer = Renderer::new(model::gpu(), scene).unwrap();
+    let mut random = Random::new(seed);
+    let (mut all, mut some, mut changed) = (0, 0, 0);
+    for view in 0..views {
+        let camera = random_camera(&mut random, scene);
+        let detail = random_detail(&mut random, scene);
+        let samples = if random.below(4) == 0 { 4 } else { 1 };
+        let backface = random.below(2) == 0;
+        let nothing = FrameOptions {
+            size,
+            samples,
+            detail,
+            frustum: false,
+            backface,
+            occlusion: Occlusion::Off,
+            depth: samples == 1,
+            ..FrameOptions::default()
+        };
+        let culled = FrameOptions { frustum: true, occlusion: Occlusion::Exact, ..nothing };
+        let (expected, many) = renderer.render(scene, &camera, &nothing).unwrap();
+        let (got, few) = renderer.render(scene, &camera, &culled).unwrap();
+        let differing = expected.differing_pixels(&got);
+        if differing != Some(0) || expected.depth != got.depth {
+            let folder = std::env::temp_dir();
+            let _ = expected.write_png(&folder.join("fcview-expected.png"));
+            let _ = got.write_png(&folder.join("fcview-got.png"));
+            panic!(
+                "{name}, view {view}: {differing:?} pixels differ; see {}/fcview-*.png; {camera:?} {culled:?}",
+                folder.display()
+            );
+        }
+        if !backface {
+            let cones = FrameOptions { backface: true, ..culled };
+            let (got, stats) = renderer.render(scene, &camera, &cones).unwrap();
+            let pixels = expected.differing_pixels(&got).unwrap();
+            // Folded triangles are drawn by clusters that the cone test removes: they are counted in the whole cut.
+            assert!(
+                pixels == 0 || many.counts.triangles_folded > 0,
+                "{name}, view {view}: cones change {pixels} pixels though nothing is folded; {camera:?} {cones:?} {stats:?}"
+            );
+            changed += pixels;
+        }
+        all += many.counts.triangles_drawn;
+        some += few.counts.triangles_drawn;
+    }
+    println!(
+        "{name}: {views} views, 0 pixels differ; {some} of {all} triangles drawn; cones changed {changed} pixels"
+    );
+    assert!(2 * some < all, "{name}: culling removes little: {some} of {all}");
+    (views, changed)
+}
+
+#[test]
+fn forty_small_views() {
+    let size = [160, 100];
+    look("torus", &Scene::placed(vec![model::torus(96, 48)], 20, 2), 16, size, 1);
+    let scene = Scene::placed(vec![sample("terrain.ply"), sample("sculpture.ply")], 12, 4);
+    look("terrain and sculpture", &scene, 24, size, 2);
+}
+
+#[test]
+#[ignore = "takes many minutes and needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
+fn five_hundred_views_of_scans() {
+    let folder =
+        std::env::var_os("FCT_DATA").expect("set FCT_DATA to a folder that holds bunny.ply and dragon.ply");
+    let scan = |name: &str| model_of(&PathBuf::from(&folder).join(name));
+    let scenes = [
+        ("bunny", Scene::placed(vec![scan("bunny.ply")], 1, 1), 100),
+        ("a hundred bunnies", Scene::placed(vec![scan("bunny.ply")], 100, 1), 150),
+        ("dragon and armadillo", Scene::placed(vec![scan("dragon.ply"), scan("armadillo.ply")], 6, 3), 100),
+        ("terrain", Scene::placed(vec![sample("terrain.ply")], 1, 1), 60),
+        ("sculptures", Scene::placed(vec![sample("sculpture.ply")], 30, 5), 90),
+    ];
+    let (mut views, mut changed) = (0, 0);
+    for ((name, scene, count), seed) in scenes.iter().zip(10..) {
+        let (looked, pixels) = look(name, scene, *count, [480, 270], seed);
+        views += looked;
+        changed += pixels;
+    }
+    println!("{views} views in all; cones changed {changed} pixels");
+    assert_eq!(views, 500);
+}
