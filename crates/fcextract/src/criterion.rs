@@ -2,8 +2,9 @@
 
 use crate::extraction::Stats;
 use crate::part::Sight;
-use crate::{Order, Selection, Tolerance};
+use crate::{Order, Perspective, Selection, Tolerance};
 use fct::{Branch, Page, VertexRecord};
+use glam::DVec3;
 
 /// Decides about nodes and vertices. A selection does; what decides as it does and sooner does too.
 pub(crate) trait Criterion {
@@ -24,6 +25,54 @@ impl Criterion for Selection {
     #[inline]
     fn activates(&self, index: u32, vertex: &VertexRecord) -> bool {
         Selection::activates(self, index, vertex)
+    }
+}
+
+/// A view's tolerance alone decides about vertices, and most of those of a page at a glance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen<'a> {
+    selection: &'a Selection,
+    view: &'a Perspective,
+    /// A vertex whose sphere is no larger than this has it in [`WIDER`] times the sphere of the page's root.
+    radius: f32,
+    /// There no less than this is allowed.
+    allowed: f64,
+}
+
+/// A vertex lies in the sphere of each node whose boundary it is on. The centre of its own sphere is less than sqrt 3
+/// radii from it, so a sphere of a quarter of the node's radius reaches less than 0.69 of that beyond.
+const WIDER: f64 = 3.8;
+
+/// What rounding may do to what is allowed in nested spheres, and more.
+const ROUNDING: f64 = 1.0 - 1e-6;
+
+impl<'a> Seen<'a> {
+    /// What a selection comes to in a branch of a page, if it comes to that.
+    pub(crate) fn of(selection: &'a Selection, page: &Page<'_>, root: &Branch) -> Option<Seen<'a>> {
+        let Tolerance::Perspective(view) = &selection.tolerance else { return None };
+        if !selection.regions.is_empty() || !selection.extra.is_empty() {
+            return None;
+        }
+        let node = page.node(root)?;
+        let wide = view.at(DVec3::from_array(node.center.map(f64::from)), WIDER * f64::from(node.radius));
+        Some(Seen { selection, view, radius: node.radius, allowed: wide * ROUNDING })
+    }
+}
+
+impl Criterion for Seen<'_> {
+    #[inline]
+    fn sight(&self, page: &Page<'_>, branch: &Branch, inside: bool, stats: &mut Stats) -> Option<Sight> {
+        Criterion::sight(self.selection, page, branch, inside, stats)
+    }
+
+    #[inline]
+    fn activates(&self, _index: u32, vertex: &VertexRecord) -> bool {
+        let key = self.selection.order.of_vertex(vertex);
+        let is_small = vertex.radius.get() <= self.radius;
+        if is_small && f64::from(key) <= self.allowed {
+            return false;
+        }
+        self.view.is_exceeded(f64::from(key), vertex.center().into(), vertex.radius())
     }
 }
 

@@ -4,7 +4,7 @@
 //! looked at once, and its polygons are mostly drawn by [`PagePolygon`]; the few others go the general way.
 
 use crate::batch::{BATCH_TRIANGLES, Batch};
-use crate::criterion::{Criterion, Everywhere};
+use crate::criterion::{Criterion, Everywhere, Seen};
 use crate::extraction::Stats;
 use crate::part::Sight;
 use crate::stitch::{PagePolygon, Stitcher};
@@ -59,6 +59,8 @@ impl PageWalk {
             self.draw_faces(&page, root, mesh)
         } else if let Some(everywhere) = Everywhere::of(selection, inside) {
             self.walk(&page, root, inside, &everywhere, mesh, &mut general)?
+        } else if let Some(seen) = Seen::of(selection, &page, &root) {
+            self.walk(&page, root, inside, &seen, mesh, &mut general)?
         } else {
             self.walk(&page, root, inside, selection, mesh, &mut general)?
         };

@@ -107,7 +107,7 @@ impl Perspective {
     /// Whether a length is more than what is allowed in a sphere: exactly what comparing it with [`Perspective::at`] says,
     /// mostly without finding out the angle, which takes longest.
     #[inline]
-    fn is_exceeded(&self, length: f64, center: DVec3, radius: f64) -> bool {
+    pub(crate) fn is_exceeded(&self, length: f64, center: DVec3, radius: f64) -> bool {
         let to_center = center - self.eye;
         let distance = to_center.length();
         let nearest = distance - radius;

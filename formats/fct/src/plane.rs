@@ -76,17 +76,18 @@ impl PlaneFrame {
         let [x, y, z] = node.axis.near();
         let side = if z < 0.0 { -1.0 } else { 1.0 };
         // As `tangent_of`, and the axis times it, which comes out as simple.
-        let k = x / (side + z);
+        let per_sum = 1.0 / (side + z);
+        let k = x * per_sum;
         let tangent = [1.0 - side * x * k, -side * y * k, -side * x];
-        let other = [-y * k, side - y * y / (side + z), -y];
+        let other = [-y * k, side - y * y * per_sum, -y];
         let w = f32::from(node.width) / 256.0;
         // sin^2 of the half angle whose cosine is 1 - w^2.
-        let step = w * (2.0 - w * w).sqrt() / 96.0;
+        let step = w * (2.0 - w * w).sqrt() * (1.0 / 96.0);
         let [u, v] = node.plane.tilt;
         let (u, v) = (f32::from(u) * step, f32::from(v) * step);
         let axes = [tangent, other, [x, y, z]];
         // A node without a bound is never drawn.
-        let height = f32::from(node.plane.height) * node.bound.get() * per_quantum / 64.0;
+        let height = f32::from(node.plane.height) * node.bound.get() * (per_quantum / 64.0);
         Self { axes, lean: [u, v], length: (1.0 + u * u + v * v).sqrt(), height }
     }
 }
