@@ -107,26 +107,84 @@ const MAX_GROUP_NAMES: usize = 1 << 19;
 /// Builds the tree of `soup` on the current rayon pool.
 ///
 /// # Errors
-/// Bad input when no face is left after repair, or when coordinates leave the range of single precision; a limit
-/// when there are more faces than the format can number.
+/// Those of [`Prepared::new`] and [`Prepared::build`].
 pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
-    let mut clock = Clock { last: Instant::now(), times: Vec::new() };
-    let faces_in = soup.triangles.len() as u64;
-    if faces_in > crate::mesh::MAX_FACES {
-        return Err(Error::new(
-            crate::error::ErrorKind::Limit,
-            "FC501",
-            format!("{faces_in} faces are more than the format can number ({})", crate::mesh::MAX_FACES),
-        ));
+    Prepared::new(soup, options)?.build(options)
+}
+
+/// A welded mesh before the long work: now it is known how much there is of it.
+#[derive(Debug)]
+pub struct Prepared {
+    mesh: Mesh,
+    components: Components,
+    clock: Clock,
+    faces_in: u64,
+}
+
+/// How large a surface is, as memory counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Extent {
+    /// Faces kept.
+    pub faces: u64,
+    /// Vertices, copies along seams counted.
+    pub vertices: u64,
+    /// Edges of faces that no other face is adjacent across.
+    pub border_edges: u64,
+}
+
+impl Prepared {
+    /// Welds and repairs `soup` and finds its connected components, on the current rayon pool.
+    ///
+    /// # Errors
+    /// Bad input when no face is left after repair, or when coordinates leave the range of single precision; a limit
+    /// when there are more faces than the format can number.
+    pub fn new(soup: Soup, options: &BuildOptions<'_>) -> Result<Prepared, Error> {
+        let mut clock = Clock { last: Instant::now(), times: Vec::new() };
+        let faces_in = soup.triangles.len() as u64;
+        if faces_in > crate::mesh::MAX_FACES {
+            return Err(Error::new(
+                crate::error::ErrorKind::Limit,
+                "FC501",
+                format!("{faces_in} faces are more than the format can number ({})", crate::mesh::MAX_FACES),
+            ));
+        }
+        (options.progress)(Phase::Mesh, 0, faces_in);
+        let mesh = Mesh::from_soup(soup, options.weld)?;
+        let components = Components::of(&mesh);
+        clock.lap(Phase::Mesh);
+        Ok(Prepared { mesh, components, clock, faces_in })
     }
+
+    /// How much there is to build.
+    pub fn extent(&self) -> Extent {
+        Extent {
+            faces: self.mesh.faces.len() as u64,
+            vertices: self.mesh.positions.len() as u64,
+            border_edges: self.mesh.graph.boundary_edges + self.mesh.graph.seams.len() as u64,
+        }
+    }
+
+    /// Builds the tree on the current rayon pool.
+    ///
+    /// # Errors
+    /// Bad input when spheres or squares of lengths leave the range of single precision; a limit when a section is too
+    /// long for the format.
+    pub fn build(self, options: &BuildOptions<'_>) -> Result<Built, Error> {
+        let Prepared { mesh, components, clock, faces_in } = self;
+        build_prepared(mesh, components, clock, faces_in, options)
+    }
+}
+
+fn build_prepared(
+    mut mesh: Mesh,
+    components: Components,
+    mut clock: Clock,
+    faces_in: u64,
+    options: &BuildOptions<'_>,
+) -> Result<Built, Error> {
     let tell = |phase, done| (options.progress)(phase, done, faces_in);
-    tell(Phase::Mesh, 0);
-    let mut mesh = Mesh::from_soup(soup, options.weld)?;
-    let components = Components::of(&mesh);
     let mut meta = describe(&mesh, &components, options);
     let mut tally = std::mem::take(&mut mesh.tally);
-    clock.lap(Phase::Mesh);
-
     let faces = mesh.faces.len() as u64;
     let done = std::sync::atomic::AtomicU64::new(0);
     let count = |n: u64| {
@@ -222,6 +280,7 @@ pub fn build(soup: Soup, options: &BuildOptions<'_>) -> Result<Built, Error> {
     Ok(built)
 }
 
+#[derive(Debug)]
 struct Clock {
     last: Instant,
     times: Vec<(Phase, Duration)>,

@@ -20,6 +20,6 @@ pub mod partition;
 mod records;
 pub mod tree_order;
 
-pub use build::{BuildOptions, Built, Phase, build};
+pub use build::{BuildOptions, Built, Extent, Phase, Prepared, build};
 pub use error::Error;
 pub use partition::SplitMode;

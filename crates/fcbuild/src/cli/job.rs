@@ -11,7 +11,7 @@ use super::settings::Settings;
 use super::size;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::Tally;
-use fcbuild::{BuildOptions, Built, Error, build};
+use fcbuild::{BuildOptions, Built, Error, Prepared};
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
@@ -91,15 +91,12 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     let import = start.elapsed();
     check_strict(settings, &soup.tally)?;
 
-    let estimate = memory::estimate(&soup, settings.weld);
-    memory::check(estimate, settings.max_memory.as_ref())?;
-    progress.note(&format!(
-        "{} and {}: about {} of memory",
+    memory::check(memory::estimate_of_soup(&soup, settings.weld), settings.max_memory.as_ref())?;
+    let counts = format!(
+        "{} and {} vertices",
         size::counted(soup.triangles.len() as u64, "face"),
-        size::grouped(soup.positions.len() as u64) + " vertices",
-        size::bytes(estimate),
-    ));
-
+        size::grouped(soup.positions.len() as u64)
+    );
     let vertices_in = soup.positions.len() as u64;
     let source_id = source_id(&soup, settings.split, settings.weld);
     let options = BuildOptions {
@@ -107,7 +104,12 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
         weld: settings.weld,
         progress: &|phase, done, total| progress.tell(Stage::Build(phase), done, total),
     };
-    let mut built = pool.install(|| build(soup, &options)).map_err(|e| blame(settings, e))?;
+    let prepared = pool.install(|| Prepared::new(soup, &options)).map_err(|e| blame(settings, e))?;
+    // Seams and borders are known now, which cost more than faces.
+    let estimate = memory::estimate(&prepared.extent());
+    memory::check(estimate, settings.max_memory.as_ref())?;
+    progress.note(&format!("{counts}: about {} of memory", size::bytes(estimate)));
+    let mut built = pool.install(|| prepared.build(&options)).map_err(|e| blame(settings, e))?;
     warn_of_seams(&mut built);
     check_strict(settings, &built.tally)?;
     check_books(&built)?;

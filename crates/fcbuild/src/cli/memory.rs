@@ -3,19 +3,25 @@
 //! # Measured
 //! Largest resident size (`/usr/bin/time -v`) on x86-64 Linux, in bytes a face; `estimate` is that of this module.
 //!
-//! | mesh | faces | vertices | peak | estimate |
-//! |------|-------|----------|------|----------|
-//! | Stanford bunny, PLY | 69,451 | 0.52 a face | 409 | 614 |
-//! | Stanford dragon, PLY | 871,414 | 0.50 a face | 357 | 384 |
-//! | the same, STL, welded | 871,414 | 3 a face, then 0.50 | 368 | 384 |
-//! | the same, STL, `--weld off` | 871,414 | 3 a face | 1303 | 1309 |
+//! | mesh, two threads | faces | vertices | border edges | peak | estimate |
+//! |-------------------|-------|----------|--------------|------|----------|
+//! | Stanford bunny | 69,451 | 0.50 a face | 0 | 355 | 485 |
+//! | Stanford dragon | 871,306 | 0.50 a face | 0 | 231 to 254 | 260 |
+//! | the same, one and four threads | | | | 251, 275 | 260 |
+//! | squares, every fourth one missing | 1,213,200 | 0.67 a face | 0.67 a face | 424 | 443 |
+//! | a spiral strip | 399,998 | 1 a face | 1 a face | 559 | 597 |
+//! | single squares | 400,000 | 2 a face | 2 a face | 811 | 977 |
+//! | single triangles | 400,000 | 3 a face | 3 a face | 1249 | 1357 |
+//! | triangles between random vertices | 399,994 | 3 a face, once cut | 3 a face, once cut | 1193 | 1357 |
+//!
+//! How threads take turns moves the peak by a tenth.
 
 use super::distinct;
 use super::size::Size;
-use fcbuild::Error;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::Soup;
 use fcbuild::mesh::Weld;
+use fcbuild::{Error, Extent};
 use std::fs;
 use std::path::Path;
 
@@ -23,27 +29,33 @@ use std::path::Path;
 const BASE: u64 = 16 << 20;
 
 /// Bytes at the peak for each face. Too small, and jobs run out of memory; too large, and jobs are refused that fit.
-const PER_FACE: u64 = 180;
+const PER_FACE: u64 = 175;
 
-/// Bytes at the peak for each vertex after welding; more vertices also mean more boundary.
-const PER_VERTEX: u64 = 370;
+/// Bytes at the peak for each vertex.
+const PER_VERTEX: u64 = 130;
+
+/// Bytes at the peak for each edge on a border: every cluster has longer loops there, and curves have records.
+const PER_BORDER_EDGE: u64 = 250;
 
 /// The share of the memory that a job may plan with when the user gives no limit; the rest is for other programs and
 /// for the pages of the files.
 const DEFAULT_SHARE: f64 = 0.75;
 
-/// The bytes that building `soup` will take at the peak, about.
-pub(crate) fn estimate(soup: &Soup, weld: Weld) -> u64 {
+/// The bytes that building `soup` will take at the peak, if it has no border and needs no seam; more if it has.
+pub(crate) fn estimate_of_soup(soup: &Soup, weld: Weld) -> u64 {
     let vertices = match weld {
         Weld::Off => soup.positions.len() as u64,
         // Welding within a distance joins at least these.
         Weld::Exact | Weld::Within(_) => distinct::positions(&soup.positions),
     };
-    estimate_of(soup.triangles.len() as u64, vertices)
+    estimate(&Extent { faces: soup.triangles.len() as u64, vertices, border_edges: 0 })
 }
 
-fn estimate_of(faces: u64, vertices: u64) -> u64 {
-    BASE.saturating_add(faces.saturating_mul(PER_FACE)).saturating_add(vertices.saturating_mul(PER_VERTEX))
+/// The bytes that building such a surface will take at the peak, about.
+pub(crate) fn estimate(extent: &Extent) -> u64 {
+    let parts =
+        [(extent.faces, PER_FACE), (extent.vertices, PER_VERTEX), (extent.border_edges, PER_BORDER_EDGE)];
+    parts.into_iter().fold(BASE, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes)))
 }
 
 /// The most faces that can be built within `limit` bytes, whatever the number of vertices.
@@ -116,7 +128,8 @@ mod tests {
     #[test]
     fn the_limit_is_held() {
         assert!(check(100, None).is_ok() && check(100, Some(&Size::of_bytes(100))).is_ok());
-        let error = check(estimate_of(1_000_000, 500_000), Some(&Size::of_bytes(1 << 20))).unwrap_err();
+        let surface = Extent { faces: 1_000_000, vertices: 500_000, border_edges: 0 };
+        let error = check(estimate(&surface), Some(&Size::of_bytes(1 << 20))).unwrap_err();
         assert_eq!((error.exit_code(), error.code()), (5, "FC506"));
         assert!(error.message().contains("1.0 MB"), "{error}");
     }
@@ -124,7 +137,8 @@ mod tests {
     #[test]
     fn a_mesh_over_the_face_limit_is_over_the_memory_limit() {
         for limit in [1 << 20, 1 << 28, 1 << 35] {
-            assert!(estimate_of(faces_within(limit) + 1, 0) > limit);
+            let faces = faces_within(limit) + 1;
+            assert!(estimate(&Extent { faces, vertices: 0, border_edges: 0 }) > limit);
         }
     }
 
