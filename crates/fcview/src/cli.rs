@@ -107,6 +107,9 @@ pub struct Cli {
     /// For tests: lose the graphics device at each of the first N attempts to draw
     #[arg(long, value_name = "N", default_value_t = 0, hide = true)]
     pub lose_device: u32,
+    /// For tests: run out of graphics memory at each of the first N attempts to draw
+    #[arg(long, value_name = "N", default_value_t = 0, hide = true)]
+    pub exhaust_memory: u32,
 }
 
 /// `--occlusion`.

@@ -6,6 +6,7 @@ use crate::camera::Camera;
 use crate::camera_path::CameraPath;
 use crate::cli::{CameraFlag, Cli, ColorFlag, OcclusionFlag};
 use crate::orbit::{Orbit, fly};
+use crate::recovery::Misfortune;
 use crate::scene::{Model, Scene};
 use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, median_total};
 use crate::steering::Steering;
@@ -56,7 +57,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
 
     let mut frames: Vec<FrameStats> = Vec::with_capacity(cli.frames as usize);
     let mut written = Vec::new();
-    let mut losses = cli.lose_device;
+    let mut misfortune = Misfortune::new(cli);
     for frame in 0..cli.frames {
         let camera = way.camera(frame, cli.frames, cli.speed);
         let picture = outputs::picture_name(cli, frame);
@@ -64,11 +65,10 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
             options.detail = steering.detail();
         }
         let (mut stats, image) = survivor.draw(&camera, &options, |renderer| {
-            if losses > 0 {
-                losses -= 1;
-                renderer.gpu().lose();
-            }
-            picture.as_ref().map(|_| renderer.image(false)).transpose()
+            misfortune.strike(renderer.gpu());
+            let image = picture.as_ref().map(|_| renderer.image(false)).transpose()?;
+            renderer.gpu().check()?;
+            Ok(image)
         })?;
         stats.frame = frame;
         if let Some(steering) = &mut steering {

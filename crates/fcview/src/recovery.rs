@@ -1,5 +1,6 @@
 //! What is done when a device fails at a frame: it is rebuilt, or memory is given back, a bounded number of times.
 
+use crate::cli::Cli;
 use crate::{Error, FrameOptions, FrameStats, Gpu, Renderer, Scene};
 
 /// How often in a run a lost device is rebuilt. A driver that was updated or hung once comes back with the first; one
@@ -48,6 +49,31 @@ impl Recovery {
     /// A frame was drawn, or given up.
     pub(crate) fn drawn(&mut self) {
         self.evicted = false;
+    }
+}
+
+/// Failures still to come, for tests of what follows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Misfortune {
+    losses: u32,
+    shortages: u32,
+}
+
+impl Misfortune {
+    /// What the hidden flags of a command line ask for.
+    pub(crate) fn new(cli: &Cli) -> Misfortune {
+        Misfortune { losses: cli.lose_device, shortages: cli.exhaust_memory }
+    }
+
+    /// Strikes a device, at an attempt to draw.
+    pub(crate) fn strike(&mut self, gpu: &Gpu) {
+        if self.losses > 0 {
+            self.losses -= 1;
+            gpu.lose();
+        } else if self.shortages > 0 {
+            self.shortages -= 1;
+            gpu.run_out_of_memory();
+        }
     }
 }
 

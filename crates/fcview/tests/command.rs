@@ -298,6 +298,10 @@ fn a_run_survives_three_losses_of_the_device_and_ends_at_the_fourth() {
     let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(bytes("whole.png") == bytes("mended.png"), "the picture has changed");
     refused(&run("none.png --lose-device 4"), 6, &["error[FC605]", "three times"]);
+    // Without memory a frame is drawn once more.
+    assert!(run("less.png --exhaust-memory 1").status.success());
+    assert!(bytes("whole.png") == bytes("less.png"), "the picture has changed");
+    refused(&run("none.png --exhaust-memory 2"), 6, &["error[FC610]", "--pixels"]);
 }
 
 #[test]

@@ -292,6 +292,18 @@ fn a_lost_device_is_rebuilt_in_the_window_three_times() {
 }
 
 #[test]
+fn without_memory_the_window_draws_more_coarsely_until_that_does_not_help() {
+    let display = Display::start();
+    let (folder, viewer) = open(&display, "--exhaust-memory 5");
+    assert!(saved(&viewer, folder.path()).2.iter().any(|byte| *byte > 150), "the torus shows");
+    quit(viewer);
+    let mut child = display.spawn(folder.path(), "torus.fct --size 900x600 --exhaust-memory 1000", &[]);
+    let (status, said) = end(&mut child);
+    assert_eq!(status.code(), Some(6), "{said}");
+    assert!(said.contains("error[FC610]"), "{said}");
+}
+
+#[test]
 fn a_display_of_twice_the_density_has_a_panel_of_twice_the_size() {
     let display = Display::start();
     let folder = folder();

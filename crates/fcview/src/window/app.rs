@@ -11,7 +11,7 @@ use super::watch::Watch;
 use crate::cli::Cli;
 use crate::headless::{open_scene, software_warning};
 use crate::pick::pick;
-use crate::recovery::{Recovery, Remedy};
+use crate::recovery::{Misfortune, Recovery, Remedy};
 use crate::renderer::Renderer;
 use crate::{Camera, Error, Scene};
 use std::path::{Path, PathBuf};
@@ -45,8 +45,7 @@ pub(super) struct App<'a> {
     screen: Option<Screen>,
     recovery: Recovery,
     complaints: u32,
-    /// Losses of the device still to come, for tests.
-    losses: u32,
+    misfortune: Misfortune,
     last_frame: Instant,
     /// When the panel wants to be drawn again.
     wake: Option<Instant>,
@@ -72,7 +71,7 @@ impl<'a> App<'a> {
             screen: None,
             recovery: Recovery::default(),
             complaints: 0,
-            losses: cli.lose_device,
+            misfortune: Misfortune::new(cli),
             last_frame: Instant::now(),
             wake: None,
             failure: None,
@@ -135,10 +134,7 @@ impl<'a> App<'a> {
         self.panel.options.size = size;
         self.panel.options.frozen =
             if self.panel.frozen { self.panel.options.frozen.or(Some(camera)) } else { None };
-        if self.losses > 0 {
-            self.losses -= 1;
-            screen.renderer.gpu().lose();
-        }
+        self.misfortune.strike(screen.renderer.gpu());
         match screen.renderer.draw(&self.scene, &camera, &self.panel.options) {
             Ok(stats) => {
                 if self.panel.note(&stats) {
