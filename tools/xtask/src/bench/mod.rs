@@ -26,6 +26,7 @@ mod sampling;
 mod scores;
 mod screen;
 mod speed;
+mod stream;
 mod subdivision;
 mod table;
 mod targets;
@@ -43,6 +44,8 @@ pub(crate) enum Bench {
     Extract(extract::Args),
     /// What bounds let a viewer leave out, against the paper's tree.
     Culling(culling::Args),
+    /// What a view reads of a file that is larger than the memory it may have.
+    Stream(stream::Args),
 }
 
 /// The folder of the workspace.
@@ -61,5 +64,6 @@ pub(crate) fn run(bench: &Bench) -> Result<(), Box<dyn Error>> {
         Bench::Build(args) => build::run(args),
         Bench::Extract(args) => extract::run(args),
         Bench::Culling(args) => culling::run(args),
+        Bench::Stream(args) => stream::run(args),
     }
 }

@@ -106,6 +106,9 @@ pub(crate) const FRAME: f64 = 100.0;
 /// Least gain of two threads, on meshes from [`LARGE`] faces on.
 pub(crate) const GAIN: f64 = 1.7;
 
+/// Bytes of the chunks that a view reads over the bytes of the pages that hold what it draws.
+pub(crate) const PAGES: f64 = 1.5;
+
 /// Largest ratio of nanoseconds a triangle between a walk in jumps and one in steps.
 pub(crate) const JUMP: f64 = 1.1;
 
