@@ -63,6 +63,20 @@ impl Cover {
 /// pixel may fall between the centres of pixels, and would seem to have moved.
 const FINER: u32 = 4;
 
+/// By how much the colours of two pictures differ, of the whole range, in the mean over the pixels that either covers.
+fn mean_difference(a: &Image, b: &Image) -> f64 {
+    let (mut sum, mut pixels) = (0.0, 0_u32);
+    let depths = a.depth.iter().flatten().zip(b.depth.iter().flatten());
+    for ((p, q), (near, other)) in a.rgba.as_chunks::<4>().0.iter().zip(b.rgba.as_chunks::<4>().0).zip(depths)
+    {
+        if *near > 0.0 || *other > 0.0 {
+            pixels += 1;
+            sum += (0..3).map(|k| f64::from(p[k].abs_diff(q[k]))).sum::<f64>() / (3.0 * 255.0);
+        }
+    }
+    sum / f64::from(pixels.max(1))
+}
+
 fn check(name: &str, file: &Path, instances: u32, size: [u32; 2]) {
     let scene = Scene::placed(vec![model_of(file)], instances, 1);
     let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
@@ -87,14 +101,17 @@ fn check(name: &str, file: &Path, instances: u32, size: [u32; 2]) {
     for (view, camera) in cameras.iter().enumerate() {
         let (drawn, stats) = renderer.render(&scene, camera, &coarse).unwrap();
         let (exact, whole) = renderer.render(&scene, camera, &full).unwrap();
+        let mean = mean_difference(&drawn, &exact);
         let (drawn, exact) = (Cover::of(&drawn), Cover::of(&exact));
         let lost = exact.lacking_in(&drawn, true);
         let added = drawn.lacking_in(&exact, true) + exact.lacking_in(&drawn, false);
         let holes = drawn.lacking_in(&exact, false);
         let differ = drawn.covered.iter().zip(&exact.covered).filter(|(a, b)| a != b).count();
         println!(
-            "{name}, view {view}: {} triangles for {}, {differ} places differ; farther than a pixel and a half, {lost} are lost, {added} added, {holes} holes",
-            stats.counts.triangles_drawn, whole.counts.triangles_drawn
+            "{name}, view {view}: {} triangles for {}, {differ} places differ, colours by {:.2} % in the mean; farther than a pixel and a half, {lost} are lost, {added} added, {holes} holes",
+            stats.counts.triangles_drawn,
+            whole.counts.triangles_drawn,
+            100.0 * mean
         );
         let seen = exact.covered.iter().filter(|c| **c).count();
         assert!(seen > 1000, "{name}, view {view}: nothing is seen");
