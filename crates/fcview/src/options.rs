@@ -68,7 +68,7 @@ pub struct FrameOptions {
     pub color: ColorMode,
     /// Draw the edges of all triangles too.
     pub wireframe: bool,
-    /// Draw nothing after the first round: shows what hides the rest.
+    /// Draw only the first half of the rounds: shows what hides the rest.
     pub only_occluders: bool,
     /// Choose detail and cull for this camera while another one draws: shows from outside what a view gets.
     pub frozen: Option<Camera>,

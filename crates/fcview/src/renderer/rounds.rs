@@ -36,7 +36,8 @@ impl Renderer {
         for round in 0..rounds {
             let first = round == 0;
             let end = if round + 1 == rounds { i32::MAX } else { end_of_round(round, rounds, &waiting) };
-            let last = round + 1 == rounds || frame.options.only_occluders;
+            let enough = frame.options.only_occluders && round + 1 >= rounds / 2;
+            let last = round + 1 == rounds || enough;
             let mut now = self.due(frame, &mut waiting, end, !first, clock, stats)?;
             pieces::front_to_back(&mut now);
             stats.counts.batches += now.len() as u64;
