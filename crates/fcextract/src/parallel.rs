@@ -12,8 +12,15 @@ pub struct ParallelExtractor {
     /// The upper part of the walk, in the order in which one thread would take it.
     walk: Vec<Step>,
     parts: Vec<Part>,
-    /// What each part comes to.
-    meshes: Vec<Extraction>,
+    runs: Vec<Run>,
+}
+
+/// Parts that stand one after the other, extracted by one thread into one place: what it works with stays near.
+#[derive(Debug, Default)]
+struct Run {
+    mesh: Extraction,
+    /// Where each part ends among the mesh's indices and batches.
+    ends: Vec<(usize, usize)>,
 }
 
 /// A step of the walk through the upper part of the tree.
@@ -36,6 +43,9 @@ const SHARE: usize = 256;
 /// A part of fewer faces is not worth a turn.
 const FEWEST_FACES: u32 = 512;
 
+/// Runs for each thread: more of them share the work more evenly and use more memory at once.
+const RUNS: usize = 16;
+
 impl ParallelExtractor {
     /// Extracts the mesh of `selection` from `tree` into `out`: what [`crate::extract`] extracts, in the same order.
     ///
@@ -45,13 +55,21 @@ impl ParallelExtractor {
         selection.check()?;
         out.clear();
         self.divide(tree, selection, &mut out.stats)?;
-        if self.meshes.len() < self.parts.len() {
-            self.meshes.resize_with(self.parts.len(), Extraction::default);
+        let run_length = self.parts.len().div_ceil(RUNS * rayon::current_num_threads()).max(1);
+        let runs = self.parts.len().div_ceil(run_length);
+        if self.runs.len() < runs {
+            self.runs.resize_with(runs, Run::default);
         }
-        self.meshes.par_iter_mut().zip(&self.parts).try_for_each(|(mesh, part)| {
-            mesh.clear();
-            mesh.append(tree, selection, part)
+        self.runs.par_iter_mut().zip(self.parts.par_chunks(run_length)).try_for_each(|(run, parts)| {
+            run.mesh.clear();
+            run.ends.clear();
+            for part in parts {
+                run.mesh.append(tree, selection, part)?;
+                run.ends.push((run.mesh.indices.len(), run.mesh.batches.len()));
+            }
+            Ok::<_, Error>(())
         })?;
+        self.runs.iter_mut().skip(runs).for_each(|run| run.ends.clear());
         self.join(out)
     }
 
@@ -90,41 +108,39 @@ impl ParallelExtractor {
         Ok(())
     }
 
-    /// Puts the meshes of the parts one after the other.
-    fn join(&mut self, out: &mut Extraction) -> Result<(), Error> {
-        let meshes = self.meshes.get(..self.parts.len()).unwrap_or_default();
-        let indices: usize = meshes.iter().map(|mesh| mesh.indices.len()).sum();
-        u32::try_from(indices).map_err(|_overflow| Error::TooManyTriangles)?;
+    /// Puts the meshes of the runs one after the other, and joins the batches of parts that are small together.
+    fn join(&self, out: &mut Extraction) -> Result<(), Error> {
+        let mut parts =
+            self.runs.iter().flat_map(|run| run.ends.iter().enumerate().map(move |part| (run, part)));
         let mut open = Vec::new();
-        let mut first_index = 0;
-        let mut next = meshes.iter();
+        // Where the mesh of the run begins, and where that of the next part does.
+        let (mut base, mut next) = (0, 0);
         for step in &self.walk {
             match *step {
                 Step::Visit(_) => {}
-                Step::Open => open.push((first_index, out.batches.len())),
+                Step::Open => open.push((next, out.batches.len())),
                 Step::Take => {
-                    let Some(mesh) = next.next() else { continue };
-                    out.clusters.extend(mesh.clusters.iter().map(|triangle| triangle + first_index / 3));
-                    out.batches.extend(mesh.batches.iter().map(|batch| batch.moved(first_index)));
-                    out.stats.add(&mesh.stats);
-                    first_index += mesh.indices.len() as u32;
+                    let Some((Run { mesh, ends }, (place, &(end, batch_end)))) = parts.next() else {
+                        continue;
+                    };
+                    if place == 0 {
+                        base = next;
+                        out.clusters.extend(mesh.clusters.iter().map(|triangle| triangle + base / 3));
+                        out.indices.extend_from_slice(&mesh.indices);
+                        out.stats.add(&mesh.stats);
+                    }
+                    let first =
+                        place.checked_sub(1).and_then(|before| ends.get(before)).map_or(0, |end| end.1);
+                    let batches = mesh.batches.get(first..batch_end).unwrap_or_default();
+                    out.batches.extend(batches.iter().map(|batch| batch.moved(base)));
+                    next = u32::try_from(base as usize + end).map_err(|_overflow| Error::TooManyTriangles)?;
                 }
                 Step::Close(subtree) => {
                     let Some((first, batch)) = open.pop() else { continue };
-                    out.close(subtree, first, first_index, batch);
+                    out.close(subtree, first, next, batch);
                 }
             }
         }
-        // Most of the joining is copying these, and memory is faster by two.
-        out.indices.resize(indices, 0);
-        let mut places = Vec::with_capacity(meshes.len());
-        let mut left = out.indices.as_mut_slice();
-        for mesh in meshes {
-            let (place, after) = left.split_at_mut(mesh.indices.len());
-            places.push((place, mesh));
-            left = after;
-        }
-        places.into_par_iter().for_each(|(place, mesh)| place.copy_from_slice(&mesh.indices));
         Ok(())
     }
 }
