@@ -1,0 +1,78 @@
+//! From a file to vertex and index buffers, as an engine would fill them each frame.
+//!
+//! `cargo run --release -p fcextract --example buffers -- scan.fct`
+
+#![allow(clippy::print_stdout, reason = "an example shows what it has done")]
+
+use fcextract::{
+    Budget, Extraction, Fitter, Mesh, Order, ParallelExtractor, Perspective, Selection, Shown, extract,
+};
+use fct::Tree;
+use glam::DVec3;
+use std::error::Error;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args_os().nth(1).ok_or("give the path of a .fct file, as fcbuild makes it")?;
+    // Opening maps the file: what no view shows is never read.
+    let tree = Tree::open(path.as_ref())?;
+    let [low, high] = [tree.meta().bounds_min, tree.meta().bounds_max].map(|b| DVec3::from(b.map(f64::from)));
+    let (center, size) = (low.midpoint(high), low.distance(high));
+
+    // Made once and used for every frame: from some frame on, none of them asks the system for memory.
+    let (mut cut, mut mesh) = (Extraction::default(), Mesh::default());
+
+    // A walk around the model, one pixel of error in a picture 1080 pixels high with a field of view of 60 degrees.
+    let (pixels, height, field_of_view) = (1.0, 1080.0, 60_f64.to_radians());
+    for frame in 0..8 {
+        let angle = f64::from(frame) * std::f64::consts::TAU / 8.0;
+        let eye = center + DVec3::new(angle.cos(), 0.3, angle.sin()) * size * 1.5;
+        let view = Perspective {
+            eye,
+            axis: (center - eye).normalize_or_zero(),
+            slope: pixels * 2.0 * (0.5 * field_of_view).tan() / height,
+            // Half the picture's diagonal, 16 by 9, at a distance of 1.
+            corner_cos: 1.0
+                / (1.0 + (0.5 * field_of_view).tan().powi(2) * (1.0 + (16.0_f64 / 9.0).powi(2))).sqrt(),
+        };
+        let selection = Selection {
+            // Leaves out clusters that turn their back as a whole. Frusta come from fcgeom::Frustum.
+            backface_eye: Some(eye),
+            ..Selection::perspective(view, Order::Bound)
+        };
+        extract(&tree, &selection, &mut cut)?;
+        mesh.fill(&tree, &cut, &selection)?;
+        upload(&format!("frame {frame}"), &mesh);
+    }
+
+    // The same picture on all threads; the mesh is the same to the last index.
+    let selection = Selection::uniform(1e-3 * size, Order::Bound);
+    ParallelExtractor::default().extract(&tree, &selection, &mut cut)?;
+    mesh.fill(&tree, &cut, &selection)?;
+    upload("a thousandth of the size", &mesh);
+
+    // Two copies, one twice as far away, that share ten thousand triangles as they look.
+    let shown = |distance: f64| {
+        let eye = center + DVec3::Z * size * distance;
+        let view = Perspective { eye, axis: DVec3::ZERO, slope: 1.0, corner_cos: 1.0 };
+        Shown { tree: &tree, selection: Selection::perspective(view, Order::Budget) }
+    };
+    let mut copies = [shown(2.0), shown(4.0)];
+    let fitted = Fitter::default().fit(&mut copies, Budget::Triangles(10_000))?;
+    println!("{} triangles for two copies", fitted.count);
+    for Shown { tree, selection } in &copies {
+        extract(tree, selection, &mut cut)?;
+        mesh.fill(tree, &cut, selection)?;
+        upload("a copy", &mesh);
+    }
+    Ok(())
+}
+
+/// Stands for what an engine does with the buffers: they are plain arrays, ready to be copied.
+fn upload(name: &str, mesh: &Mesh) {
+    let positions: &[[f32; 3]] = &mesh.positions;
+    let normals: &[[f32; 3]] = &mesh.normals;
+    let colors: &[[u8; 4]] = &mesh.colors;
+    let indices: &[u32] = &mesh.indices;
+    let bytes = size_of_val(positions) + size_of_val(normals) + size_of_val(colors) + size_of_val(indices);
+    println!("{name}: {} triangles, {} vertices, {bytes} bytes", indices.len() / 3, positions.len());
+}
