@@ -12,6 +12,7 @@ use crate::records::Records;
 use crate::tree_order::TreeMesh;
 use crate::{bounds, clusters, displacement};
 use fct::{ChildRef, GroupRecord, Meta, TreeData, U32};
+use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
 /// A stage of the build, as progress and times name it.
@@ -209,10 +210,12 @@ fn build_prepared(
         (groups, group_names) = (Vec::new(), Vec::new());
     }
     meta.group_names = group_names;
-    let of_face = components.of_faces();
-    let component: Vec<u32> = hierarchy.order.iter().map(|&f| of_face[f as usize]).collect();
-    drop(of_face);
     let component_count = components.len();
+    let mut component = vec![0; hierarchy.order.len()];
+    if component_count > 1 {
+        let of_face = components.of_faces();
+        component.par_iter_mut().zip(&hierarchy.order).for_each(|(own, &f)| *own = of_face[f as usize]);
+    }
     drop(components);
     let Hierarchy { splits, order, mode } = hierarchy;
     let mut mesh = TreeMesh::new(mesh, order);

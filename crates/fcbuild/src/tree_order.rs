@@ -45,24 +45,9 @@ impl TreeMesh {
     pub fn new(mesh: Mesh, order: Vec<u32>) -> TreeMesh {
         let Mesh { units, stored, positions, normals, colors, weld, faces: old_faces, graph, .. } = mesh;
         let n = order.len();
-        let mut new_name = vec![NONE; positions.len()];
-        let mut old_name = Vec::with_capacity(positions.len());
-        let mut faces = Vec::with_capacity(n);
-        let mut first_vertex = Vec::with_capacity(n + 1);
-        for &f in &order {
-            first_vertex.push(old_name.len() as u32);
-            faces.push(old_faces[f as usize].map(|v| {
-                let name = &mut new_name[v as usize];
-                if *name == NONE {
-                    *name = old_name.len() as u32;
-                    old_name.push(v);
-                }
-                *name
-            }));
-        }
-        first_vertex.push(old_name.len() as u32);
-        drop((new_name, old_faces));
-        let (opposite, seams) = adjacency(graph, order);
+        let ((faces, old_name, first_vertex), (opposite, seams)) =
+            rayon::join(|| name_vertices(old_faces, positions.len(), &order), || adjacency(graph, &order));
+        drop(order);
         let weld = lowest_copies(weld, &old_name);
         let encode = |&old: &u32| NormalRecord::encode(normals[old as usize].to_array());
         let encoded = old_name.par_iter().map(encode).collect();
@@ -148,8 +133,34 @@ fn normal_of(face: &[u32; 3], stored: &[Vec3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 
+/// The faces in this order, by vertices named in the order of first use; the old name of each; and for each face how
+/// many vertices those before it have used, with a last entry at the end.
+fn name_vertices(
+    old_faces: Vec<[u32; 3]>,
+    vertices: usize,
+    order: &[u32],
+) -> (Vec<[u32; 3]>, Vec<u32>, Vec<u32>) {
+    let mut new_name = vec![NONE; vertices];
+    let mut old_name = Vec::with_capacity(vertices);
+    let mut faces = Vec::with_capacity(order.len());
+    let mut first_vertex = Vec::with_capacity(order.len() + 1);
+    for &f in order {
+        first_vertex.push(old_name.len() as u32);
+        faces.push(old_faces[f as usize].map(|v| {
+            let name = &mut new_name[v as usize];
+            if *name == NONE {
+                *name = old_name.len() as u32;
+                old_name.push(v);
+            }
+            *name
+        }));
+    }
+    first_vertex.push(old_name.len() as u32);
+    (faces, old_name, first_vertex)
+}
+
 /// The opposite of each half-edge, and the half-edges on seams, for faces in this order.
-fn adjacency(graph: DualGraph, order: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
+fn adjacency(graph: DualGraph, order: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let mut place = vec![0_u32; order.len()];
     for (i, &f) in order.iter().enumerate() {
         place[f as usize] = i as u32;

@@ -37,6 +37,6 @@ pub use plane::{Plane, tangent_frame};
 pub use point_pca::point_covariance;
 pub use quads::Quads;
 pub use rounding::{round_down, round_up};
-pub use smallest::{smallest_eigenpair, smallest_eigenvalue};
+pub use smallest::{smallest_eigenpair, smallest_eigenpair_near, smallest_eigenvalue};
 pub use sphere::Sphere;
 pub use symmetric::{Eigen, SymMat3, eigen};

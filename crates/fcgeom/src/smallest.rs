@@ -33,7 +33,12 @@ const HALLEY_STEPS: usize = 3;
 /// that directions between the two are as good.
 #[must_use]
 pub fn smallest_eigenpair(m: &SymMat3) -> (f64, DVec3) {
-    let low = smallest_eigenvalue(m);
+    smallest_eigenpair_near(m, smallest_eigenvalue(m))
+}
+
+/// The same for whoever has the [`smallest_eigenvalue`] already.
+#[must_use]
+pub fn smallest_eigenpair_near(m: &SymMat3, low: f64) -> (f64, DVec3) {
     let (trace, minors, _) = invariants(m);
     let mut value = low;
     for _ in 0..INVERSE_STEPS {
@@ -43,7 +48,7 @@ pub fn smallest_eigenpair(m: &SymMat3) -> (f64, DVec3) {
         // The vector is off by the residual over the distance to the next eigenvalue, which is minors / trace where
         // the smallest is small. Near the wrong eigenvalue the first look would have been too low.
         let residual = (image - vector * value).length();
-        if residual * trace <= TOLERANCE * minors && value <= low * 1.01 {
+        if residual * trace <= TOLERANCE * minors && value <= low * 1.01 + ROUNDING * trace {
             return (value.max(0.0), vector);
         }
     }
@@ -53,6 +58,9 @@ pub fn smallest_eigenpair(m: &SymMat3) -> (f64, DVec3) {
 
 /// An angle, below what single precision tells of a direction.
 const TOLERANCE: f64 = 3e-8;
+
+/// What the smallest eigenvalue may lose in relation to the largest.
+const ROUNDING: f64 = 1e-13;
 
 /// One is enough for a flat cluster, and each squares the error, or better; what takes longer is done by rotations.
 const INVERSE_STEPS: usize = 3;

@@ -4,9 +4,10 @@
 //! that they share. Taking a shared edge out splices two circular lists, so all loops together cost the sum of their
 //! lengths (about 8 entries a face) and no search.
 
-use crate::mesh::NONE;
+use crate::mesh::{NONE, next_in_face, prev_in_face};
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Set on the last half-edge of each loop.
@@ -31,10 +32,12 @@ impl Loops {
     /// Finds the loops of every node of the tree `splits`.
     pub fn of(mesh: &TreeMesh, splits: &[Split]) -> Loops {
         let faces = mesh.faces.len();
-        let mut next: Vec<u32> = (0..faces as u32).flat_map(|f| [3 * f + 1, 3 * f + 2, 3 * f]).collect();
-        let mut prev: Vec<u32> = (0..faces as u32).flat_map(|f| [3 * f + 2, 3 * f, 3 * f + 1]).collect();
+        let half_edges = (0..3 * faces as u32).into_par_iter();
+        let mut next: Vec<u32> = half_edges.clone().map(next_in_face).collect();
+        let mut prev: Vec<u32> = half_edges.map(prev_in_face).collect();
         let mut stamp = vec![0_u32; 3 * faces];
         let mut starts_at_end = vec![false; 3 * faces];
+        let mut start = vec![(0, 0); splits.len()];
         let mut len = vec![0_u32; splits.len()];
         let subtree = Subtree {
             mesh,
@@ -45,13 +48,16 @@ impl Loops {
             prev: &mut prev,
             stamp: &mut stamp,
             ends: &mut starts_at_end,
+            start: &mut start,
             len: &mut len,
             added: Vec::new(),
         };
-        let mut pieces = subtree.collect_parallel();
+        let pieces = subtree.collect_parallel();
         drop((next, prev, stamp));
-        pieces.retain(|piece| !piece.is_empty());
-        let start = starts(splits, &pieces, &len, faces);
+        for (i, piece) in pieces.iter().enumerate() {
+            start[piece.nodes.clone()].iter_mut().for_each(|start| start.0 = i as u32);
+        }
+        let pieces = pieces.into_iter().map(|piece| piece.entries).collect();
         Loops { pieces, start, len, starts_at_end }
     }
 
@@ -70,30 +76,11 @@ pub fn split_loops(entries: &[u32]) -> impl Iterator<Item = &[u32]> {
     entries.split_inclusive(|h| h & LAST != 0)
 }
 
-/// Where each node's entries are, in postorder.
-fn starts(splits: &[Split], pieces: &[Vec<u32>], len: &[u32], faces: usize) -> Vec<(u32, u32)> {
-    let mut start = vec![(0, 0); splits.len()];
-    let (mut piece, mut at) = (0, 0);
-    let mut stack = if faces > 1 { vec![(0, faces, false)] } else { Vec::new() };
-    while let Some((node, faces, children_done)) = stack.pop() {
-        if children_done {
-            start[node] = (piece as u32, at as u32);
-            at += len[node] as usize;
-            if pieces.get(piece).is_some_and(|p| at == p.len()) {
-                (piece, at) = (piece + 1, 0);
-            }
-            continue;
-        }
-        stack.push((node, faces, true));
-        let left = splits[node].left_faces as usize;
-        if faces - left > 1 {
-            stack.push((node + left, faces - left, false));
-        }
-        if left > 1 {
-            stack.push((node + 1, left, false));
-        }
-    }
-    start
+/// The loops of a subtree, or of one node.
+struct Piece {
+    nodes: Range<usize>,
+    /// In postorder of the nodes.
+    entries: Vec<u32>,
 }
 
 /// A subtree and its share of the working arrays; half-edge `h` is at `h - 3 * faces.start`.
@@ -108,6 +95,8 @@ struct Subtree<'a> {
     /// The last node whose loops a half-edge was written to, plus one.
     stamp: &'a mut [u32],
     ends: &'a mut [bool],
+    /// Each node's first entry: the piece, which is not known yet, and the place in it.
+    start: &'a mut [(u32, u32)],
     len: &'a mut [u32],
     /// The loops of the node in hand, while those of its children are read.
     added: Vec<u32>,
@@ -118,14 +107,14 @@ const SERIAL_BELOW: usize = 8192;
 
 impl Subtree<'_> {
     /// Postorder pieces; the root's own loops are the end of the last piece.
-    fn collect_parallel(mut self) -> Vec<Vec<u32>> {
+    fn collect_parallel(mut self) -> Vec<Piece> {
         if self.faces.len() < SERIAL_BELOW {
             let mut out = Vec::with_capacity(self.faces.len() * 6);
             if self.faces.len() > 1 {
                 self.collect(0, self.faces.clone(), &mut out);
             }
             out.shrink_to_fit();
-            return vec![out];
+            return vec![Piece { nodes: self.base..self.base + self.splits.len(), entries: out }];
         }
         let left = self.splits[0].left_faces as usize;
         let middle = self.faces.start + left;
@@ -134,6 +123,7 @@ impl Subtree<'_> {
             let (prev_l, prev_r) = self.prev.split_at_mut(3 * left);
             let (stamp_l, stamp_r) = self.stamp.split_at_mut(3 * left);
             let (ends_l, ends_r) = self.ends.split_at_mut(3 * left);
+            let (start_l, start_r) = self.start[1..].split_at_mut(left - 1);
             let (len_l, len_r) = self.len[1..].split_at_mut(left - 1);
             let l = Subtree {
                 mesh: self.mesh,
@@ -144,6 +134,7 @@ impl Subtree<'_> {
                 prev: prev_l,
                 stamp: stamp_l,
                 ends: ends_l,
+                start: start_l,
                 len: len_l,
                 added: Vec::new(),
             };
@@ -156,6 +147,7 @@ impl Subtree<'_> {
                 prev: prev_r,
                 stamp: stamp_r,
                 ends: ends_r,
+                start: start_r,
                 len: len_r,
                 added: Vec::new(),
             };
@@ -170,7 +162,7 @@ impl Subtree<'_> {
             self.join(0, self.faces.clone(), middle, &loops_l, &loops_r, &mut own);
         }
         pieces.extend(right_pieces);
-        pieces.push(own);
+        pieces.push(Piece { nodes: self.base..self.base + 1, entries: own });
         pieces
     }
 
@@ -207,6 +199,7 @@ impl Subtree<'_> {
             };
             self.join(node, faces, middle, loops_l, loops_r, &mut added);
         }
+        self.start[node].1 = out.len() as u32;
         out.extend_from_slice(&added);
         self.added = added;
     }
@@ -286,9 +279,9 @@ fn loop_of_face(face: usize) -> [u32; 3] {
 }
 
 /// The root's own loops at the end of a child's pieces.
-fn tail(pieces: &[Vec<u32>], len: usize, first_face: usize, faces: usize) -> Vec<u32> {
+fn tail(pieces: &[Piece], len: usize, first_face: usize, faces: usize) -> Vec<u32> {
     match pieces.last() {
-        Some(last) if faces > 1 => last[last.len() - len..].to_vec(),
+        Some(Piece { entries, .. }) if faces > 1 => entries[entries.len() - len..].to_vec(),
         _ => loop_of_face(first_face).to_vec(),
     }
 }

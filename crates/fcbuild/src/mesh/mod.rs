@@ -10,8 +10,8 @@ pub(crate) mod units;
 mod weld;
 
 pub use components::Components;
-pub(crate) use dual_graph::origin;
 pub use dual_graph::{DualGraph, EdgeKind, NONE};
+pub(crate) use dual_graph::{next_in_face, origin, prev_in_face};
 pub use units::Units;
 pub use weld::Weld;
 

@@ -49,16 +49,30 @@ pub struct Hierarchy {
 impl Hierarchy {
     /// Length of the longest path from the root to a face, counted in edges.
     pub fn depth(&self) -> u32 {
-        let mut deepest = 0;
-        let mut stack = vec![(0_usize, self.order.len(), 0_u32)];
-        while let Some((node, faces, depth)) = stack.pop() {
-            deepest = deepest.max(depth);
-            if faces > 1 {
-                let left = self.splits[node].left_faces as usize;
-                stack.push((node + 1, left, depth + 1));
-                stack.push((node + left, faces - left, depth + 1));
-            }
-        }
-        deepest
+        depth(&self.splits)
     }
+}
+
+/// Below this many nodes a subtree stays on one thread.
+const SERIAL_BELOW: usize = 1 << 14;
+
+/// The depth of a tree by its nodes.
+fn depth(splits: &[Split]) -> u32 {
+    if splits.len() >= SERIAL_BELOW {
+        // A subtree of n faces has n - 1 nodes.
+        let (left, right) = splits[1..].split_at(splits[0].left_faces as usize - 1);
+        let (left, right) = rayon::join(|| depth(left), || depth(right));
+        return 1 + left.max(right);
+    }
+    let mut deepest = 0;
+    let mut stack = vec![(0_usize, splits.len() + 1, 0_u32)];
+    while let Some((node, faces, depth)) = stack.pop() {
+        deepest = deepest.max(depth);
+        if faces > 1 {
+            let left = splits[node].left_faces as usize;
+            stack.push((node + 1, left, depth + 1));
+            stack.push((node + left, faces - left, depth + 1));
+        }
+    }
+    deepest
 }

@@ -1,6 +1,6 @@
 //! A cluster while it grows by merging: the sums that its plane and its errors follow from.
 
-use fcgeom::{FaceMoments, SymMat3, smallest_eigenpair, smallest_eigenvalue};
+use fcgeom::{FaceMoments, SymMat3, smallest_eigenpair_near, smallest_eigenvalue};
 use glam::DVec3;
 
 /// Sums over the faces of a cluster, in normal units.
@@ -14,6 +14,8 @@ pub(super) struct Cluster {
     pub(super) normal: DVec3,
     /// Area times epsilon: the integral of the squared distance from the plane.
     pub(super) error: f64,
+    /// The error when it is drawn as one polygon, see [`lost`].
+    pub(super) lost: f64,
     /// Length of the boundary.
     pub(super) perimeter: f32,
     /// The component that the faces belong to.
@@ -35,6 +37,7 @@ impl Cluster {
             spread: SymMat3 { xx, xy, xz, yy, yz, zz } * area,
             normal: m.normal.as_dvec3() * area,
             error: 0.0,
+            lost: 0.0,
             perimeter,
             component,
             root: face,
@@ -44,7 +47,8 @@ impl Cluster {
     }
 
     /// The two as one; its tree is not known yet.
-    #[inline]
+    // Most callers ask for a part of it.
+    #[inline(always)]
     pub(super) fn union(&self, other: &Cluster, shared_length: f32) -> Cluster {
         let area = self.area + other.area;
         // Two clusters without area count the same.
@@ -53,12 +57,14 @@ impl Cluster {
         let spread = self.spread + other.spread + SymMat3::outer(apart) * (self.area * share);
         // A union is never flatter than its parts are together; rounding may say so.
         let error = smallest_eigenvalue(&spread).max(self.error + other.error);
+        let normal = self.normal + other.normal;
         Cluster {
             area,
             centroid: self.centroid + apart * share,
             spread,
-            normal: self.normal + other.normal,
+            normal,
             error,
+            lost: lost(area, normal, error),
             perimeter: (self.perimeter + other.perimeter - 2.0 * shared_length).max(0.0),
             component: self.component,
             root: u32::MAX,
@@ -69,9 +75,22 @@ impl Cluster {
 
     /// Epsilon, and the unit normal of the plane through the centroid that fits best, on the side of the mean normal.
     pub(super) fn plane(&self) -> (f64, DVec3) {
-        let (error, normal) = smallest_eigenpair(&self.spread);
+        let (error, normal) = smallest_eigenpair_near(&self.spread, self.error);
         let epsilon = error / self.area;
         let epsilon = if epsilon.is_finite() { epsilon } else { 0.0 };
         (epsilon, if normal.dot(self.normal) < 0.0 { -normal } else { normal })
     }
 }
+
+/// The error of a cluster drawn as one polygon: area times epsilon, and more where the cluster bends around.
+///
+/// A polygon covers the vector area of its cluster. Where that is the smaller part of the area, as on a finger from
+/// its base to its tip, the plane may fit well and the polygon is a lid on the stump all the same.
+fn lost(area: f64, normal: DVec3, error: f64) -> f64 {
+    let squared = area * area;
+    let bent = squared / normal.length_squared().max(MOST_BENT * squared);
+    if bent.is_finite() { error * bent } else { error }
+}
+
+/// A closed cluster counts as having a vector area whose square is this share of the square of its area.
+const MOST_BENT: f64 = 1e-6;

@@ -51,8 +51,8 @@ pub(super) fn merge_all(
 ) -> Option<Hierarchy> {
     let faces = mesh.faces.len();
     let mut forest = Forest { rule, faces, merges: Vec::with_capacity(faces - 1) };
-    let (mut clusters, mut edges) = forest.merge_faces(mesh, components, progress);
     let boundary = boundary_vertices(mesh);
+    let (mut clusters, mut edges) = forest.merge_faces(mesh, components, &boundary, progress);
     while clusters.len() > LAST_ROUND && !edges.is_empty() {
         let before = clusters.len();
         (clusters, edges) = forest.merge_round(clusters, edges, &boundary);
@@ -84,21 +84,27 @@ impl Forest {
         &mut self,
         mesh: &Mesh,
         components: &Components,
+        boundary: &[u8],
         progress: &(dyn Fn(u64) + Sync),
     ) -> (Vec<Cluster>, Vec<Edge>) {
         let centroid =
             |f: &[u32; 3]| f.map(|v| mesh.positions[v as usize].as_dvec3()).into_iter().sum::<DVec3>();
-        let order = cells::along_curve(mesh.faces.par_iter().map(centroid));
+        let (order, degree) = rayon::join(
+            || cells::along_curve(mesh.faces.par_iter().map(centroid)),
+            || {
+                // A fan of n faces has n edges, and one more if it is open.
+                let mut degree: Vec<u8> = boundary.iter().map(|b| b / BOUNDARY).collect();
+                for &v in mesh.faces.as_flattened() {
+                    degree[v as usize] = degree[v as usize].saturating_add(1);
+                }
+                degree
+            },
+        );
         let mut place = vec![0_u32; self.faces];
         for (i, &f) in order.iter().enumerate() {
             place[f as usize] = i as u32;
         }
         let component = if components.len() == 1 { Vec::new() } else { components.of_faces() };
-        // A fan of n faces has n edges, and one more if it is open.
-        let mut degree: Vec<u8> = boundary_vertices(mesh).into_iter().map(|b| b / BOUNDARY).collect();
-        for &v in mesh.faces.iter().flatten() {
-            degree[v as usize] = degree[v as usize].saturating_add(1);
-        }
         let along = Faces { mesh, order: &order, place: &place, component: &component, degree: &degree };
         let cells: Vec<usize> = (0..order.len()).step_by(CELL).collect();
         let rule = self.rule;

@@ -20,7 +20,7 @@ impl Rule {
     pub(super) fn cost(self, a: &Cluster, b: &Cluster, union: &Cluster, removed: u32) -> f64 {
         let cost = match self {
             Rule::Quality => {
-                let rise = (lost(union) - lost(a) - lost(b)).max(0.0);
+                let rise = (union.lost - a.lost - b.lost).max(0.0);
                 let width = f64::from(union.perimeter);
                 let floor = FLOOR * union.area * width * width + LEAST * f64::from(union.faces);
                 (rise + floor) / f64::from(1 + removed) * depth_penalty(union)
@@ -45,19 +45,6 @@ impl Rule {
         if key.is_finite() { key as f32 } else { 0.0 }
     }
 }
-
-/// The error of a cluster drawn as one polygon: area times epsilon, and more where the cluster bends around.
-///
-/// A polygon covers the vector area of its cluster. Where that is the smaller part of the area, as on a finger from
-/// its base to its tip, the plane may fit well and the polygon is a lid on the stump all the same.
-fn lost(c: &Cluster) -> f64 {
-    let squared = c.area * c.area;
-    let bent = squared / c.normal.length_squared().max(MOST_BENT * squared);
-    if bent.is_finite() { c.error * bent } else { c.error }
-}
-
-/// A closed cluster counts as having a vector area whose square is this share of the square of its area.
-const MOST_BENT: f64 = 1e-6;
 
 /// Where everything is flat, small and compact clusters merge first: the rise counts as if a cluster with a boundary
 /// of length 1 were rough by the root of this. With ties instead, flat clusters get ragged outlines, whose polygons
