@@ -8,23 +8,24 @@ pub fn position(tree: &Tree, vertex: u32) -> DVec3 {
     DVec3::from_array(tree.vertices()[vertex as usize].position().map(f64::from))
 }
 
-/// Distance of a point from a triangle.
-pub fn to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+/// The point of a triangle that is nearest to another.
+pub fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let n = (b - a).cross(c - a);
     let inside = |u: DVec3, v: DVec3| (v - u).cross(p - u).dot(n) >= 0.0;
     if n.length_squared() > 0.0 && inside(a, b) && inside(b, c) && inside(c, a) {
-        return (p - a).dot(n).abs() / n.length();
+        return p - n * ((p - a).dot(n) / n.length_squared());
     }
-    let segment = |u: DVec3, v: DVec3| {
+    let on_segment = |u: DVec3, v: DVec3| {
         let e = v - u;
         let t = if e.length_squared() > 0.0 {
             ((p - u).dot(e) / e.length_squared()).clamp(0.0, 1.0)
         } else {
             0.0
         };
-        (p - u - e * t).length()
+        u + e * t
     };
-    segment(a, b).min(segment(b, c)).min(segment(c, a))
+    let nearer = |u: DVec3, v: DVec3| if p.distance_squared(v) < p.distance_squared(u) { v } else { u };
+    nearer(nearer(on_segment(a, b), on_segment(b, c)), on_segment(c, a))
 }
 
 /// Nearest-triangle queries over a mesh, by a tree of boxes.
@@ -38,8 +39,13 @@ pub struct Surface {
 impl Surface {
     /// Over the triangles of an index list into the tree's vertices.
     pub fn of(tree: &Tree, indices: &[u32]) -> Surface {
-        let triangles: Vec<[DVec3; 3]> =
-            indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| position(tree, v))).collect();
+        Surface::of_triangles(
+            indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| position(tree, v))).collect(),
+        )
+    }
+
+    /// Over triangles.
+    pub fn of_triangles(triangles: Vec<[DVec3; 3]>) -> Surface {
         let mut surface =
             Surface { boxes: vec![(DVec3::ZERO, DVec3::ZERO); 2 * triangles.len().max(1)], triangles };
         let n = surface.triangles.len();
@@ -69,16 +75,29 @@ impl Surface {
         }
     }
 
-    /// Distance of a point from the nearest triangle; infinite if there is none.
-    pub fn distance(&self, p: DVec3) -> f64 {
-        let mut best = f64::INFINITY;
+    /// The point of the surface that is nearest to another; infinitely far away if there is none.
+    pub fn nearest(&self, p: DVec3) -> DVec3 {
+        self.search(p, f64::INFINITY).unwrap_or(DVec3::INFINITY)
+    }
+
+    /// Distance of a point that is known to be nearer than `limit`, which comes back if it is not.
+    pub fn distance_below(&self, p: DVec3, limit: f64) -> f64 {
+        self.search(p, limit).map_or(limit, |nearest| p.distance(nearest))
+    }
+
+    /// The nearest point within a distance.
+    fn search(&self, p: DVec3, within: f64) -> Option<DVec3> {
+        let (mut best, mut nearest) = (within, None);
         let mut stack = vec![(0, self.triangles.len(), 0)];
         while let Some((low, high, slot)) = stack.pop() {
             if low >= high || self.to_box(p, slot) >= best {
                 continue;
             }
             if high - low == 1 {
-                best = best.min(to_triangle(p, self.triangles[low]));
+                let candidate = nearest_on_triangle(p, self.triangles[low]);
+                if p.distance(candidate) < best {
+                    (best, nearest) = (p.distance(candidate), Some(candidate));
+                }
                 continue;
             }
             let middle = (low + high) / 2;
@@ -89,7 +108,7 @@ impl Surface {
                 stack.extend([left, right]);
             }
         }
-        best
+        nearest
     }
 
     fn to_box(&self, p: DVec3, slot: usize) -> f64 {

@@ -1,6 +1,7 @@
 //! What the promise tests share: meshes, trees built in memory, and the definitions that promises are held against.
 
 pub mod cracks;
+pub mod deviation;
 pub mod distance;
 pub mod meshes;
 pub mod random;

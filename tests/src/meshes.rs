@@ -65,6 +65,32 @@ pub fn torus(u: u32, v: u32, seed: u64) -> Soup {
     soup(positions, triangles)
 }
 
+/// A thin ear: an upper and a lower sheet that meet along a ragged rim, open where it would grow from a head.
+pub fn flap(n: u32, seed: u64) -> Soup {
+    let mut random = Random::new(seed);
+    let rows = n / 2 + 2;
+    let thick = 0.02 + 0.06 * random.unit();
+    // Rows from the open end of the upper sheet over the rim to that of the lower one.
+    let rim: Vec<f64> = (0..=n).map(|_| 1.0 + 0.15 * random.unit()).collect();
+    let mut positions = Vec::new();
+    for row in 0..=2 * rows {
+        for (i, reach) in rim.iter().enumerate() {
+            let inward = f64::from(row.abs_diff(rows)) / f64::from(rows);
+            let side = if row < rows { 1.0 } else { -1.0 };
+            let x = i as f64 / f64::from(n) * 2.0;
+            let bend = 0.4 * x * (2.0 - x);
+            let height = side * thick * inward.sqrt() + 0.01 * random.unit() + bend * bend;
+            positions.push([x as f32, (reach * (1.0 - inward) + bend) as f32, height as f32]);
+        }
+    }
+    let side = n + 1;
+    let triangles = (0..2 * rows)
+        .flat_map(|row| (0..n).map(move |i| row * side + i))
+        .flat_map(|a| [[a, a + 1, a + side + 1], [a, a + side + 1, a + side]])
+        .collect();
+    soup(positions, triangles)
+}
+
 /// A Moebius strip: its faces cannot be wound consistently.
 pub fn moebius(n: u32) -> Soup {
     let tau = std::f64::consts::TAU;

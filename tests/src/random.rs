@@ -36,6 +36,15 @@ impl Random {
         (self.bits() % n.max(1) as u64) as usize
     }
 
+    /// A point of a triangle.
+    pub fn in_triangle(&mut self, [a, b, c]: [DVec3; 3]) -> DVec3 {
+        let (mut s, mut t) = (self.unit(), self.unit());
+        if s + t > 1.0 {
+            (s, t) = (1.0 - s, 1.0 - t);
+        }
+        a + (b - a) * s + (c - a) * t
+    }
+
     /// A random direction.
     pub fn direction(&mut self) -> DVec3 {
         loop {

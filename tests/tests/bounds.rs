@@ -1,110 +1,106 @@
-//! Promise: no point of the surface is farther from the drawn mesh than the tolerance allows there.
+//! Promise: no point of the surface is farther from the drawn mesh than the tolerance allows there, and no point of the
+//! drawn mesh is farther from the surface; `docs/bound.md` says why. On screen both are within the pixels asked for.
 
-#![allow(clippy::print_stdout, reason = "the counts are part of the promise")]
+#![allow(clippy::print_stdout, reason = "the figures are part of the promise")]
 
 use fcbuild::SplitMode;
-use fcextract::{Extraction, Order, Perspective, Selection, Tolerance, extract};
+use fcextract::{Budget, Extraction, Order, Perspective, Selection, extract, fit};
 use fct::Tree;
+use fctests::deviation::Probe;
 use fctests::distance::{Surface, position};
 use fctests::random::Random;
 use fctests::{meshes, trees};
 use glam::DVec3;
 
-/// Points spread over the faces, the middle of every edge among them.
-fn samples(tree: &Tree, per_face: usize) -> Vec<DVec3> {
-    let mut random = Random::new(11);
-    let mut points = Vec::new();
-    for face in tree.faces().unwrap_or_else(|e| panic!("{e}")) {
-        let [a, b, c] = face.map(|v| position(tree, v));
-        points.push((a + b) * 0.5);
-        points.push(c);
-        for _ in 0..per_face {
-            let (mut s, mut t) = (random.unit(), random.unit());
-            if s + t > 1.0 {
-                (s, t) = (1.0 - s, 1.0 - t);
-            }
-            points.push(a + (b - a) * s + (c - a) * t);
-        }
-    }
-    points
-}
-
-/// Measured distances over the distance allowed.
-struct Measured {
-    worst: f64,
-    /// Of those that are not zero.
-    median: f64,
-    /// How many points are farther off than allowed.
-    beyond: usize,
-    triangles: u64,
-}
-
-fn measure(tree: &Tree, selection: &Selection, points: &[DVec3]) -> Measured {
-    let mut out = Extraction::default();
-    extract(tree, selection, &mut out).unwrap_or_else(|e| panic!("{e}"));
-    let surface = Surface::of(tree, &out.indices);
-    // Positions are single precision; rounding of their own size is no error of the mesh.
-    let rounding = 1e-6 * points.iter().map(|p| p.length()).fold(0.0, f64::max);
-    let mut ratios: Vec<f64> = points
-        .iter()
-        .map(|p| {
-            let allowed = match selection.tolerance {
-                Tolerance::Full => 0.0,
-                Tolerance::Uniform { distance } => distance,
-                Tolerance::Perspective(view) => view.at(*p, 0.0),
-            };
-            (surface.distance(*p) - rounding).max(0.0) / allowed.max(rounding)
-        })
-        .collect();
-    ratios.sort_unstable_by(f64::total_cmp);
-    let worst = ratios.last().copied().unwrap_or(0.0);
-    let beyond = ratios.iter().filter(|r| **r > 1.0).count();
-    let off: Vec<f64> = ratios.into_iter().filter(|r| *r > 0.0).collect();
-    let median = off.get(off.len() / 2).copied().unwrap_or(0.0);
-    Measured { worst, median, beyond, triangles: out.stats.triangles }
-}
-
-/// Returns the largest distance over the tolerance, and the share of the points that are beyond it.
-fn look(name: &str, tree: &Tree, per_face: usize) -> (f64, f64) {
-    let points = samples(tree, per_face);
+/// The middle of a tree's box, and the length of its diagonal.
+fn place_of(tree: &Tree) -> (DVec3, f64) {
     let [low, high] =
         [tree.meta().bounds_min, tree.meta().bounds_max].map(|b| DVec3::from_array(b.map(f64::from)));
-    let (center, size) = ((low + high) * 0.5, (high - low).length());
-    let mut random = Random::new(4);
-    let (mut worst_of_all, mut beyond) = (0.0_f64, 0);
-    let mut selections: Vec<Selection> = [0.05, 0.015, 5e-3, 1.5e-3, 5e-4, 1.5e-4]
-        .iter()
-        .map(|f| Selection::uniform(size * f, Order::Bound))
-        .collect();
-    for slope in [0.03, 0.01, 3e-3, 1e-3] {
-        let eye = center + random.direction() * size * random.between(0.2, 1.5);
-        let view = Perspective { eye, axis: DVec3::ZERO, slope, corner_cos: 1.0 };
-        selections.push(Selection::perspective(view, Order::Bound));
-    }
-    for selection in &selections {
-        let m = measure(tree, selection, &points);
-        println!(
-            "{name}: {} triangles, worst {:.3}, median {:.3} of the tolerance, {} points beyond",
-            m.triangles, m.worst, m.median, m.beyond
-        );
-        worst_of_all = worst_of_all.max(m.worst);
-        beyond += m.beyond;
-    }
-    (worst_of_all, beyond as f64 / (points.len() * selections.len()) as f64)
+    ((low + high) * 0.5, (high - low).length())
 }
 
-fn check(name: &str, tree: &Tree, per_face: usize) {
-    let (worst, _) = look(name, tree, per_face);
-    assert!(worst <= 1.0, "{name}: the surface is {worst:.3} tolerances away");
+/// Selections from coarse to fine: uniform tolerances, views from near and far, and budgets with displaced vertices.
+fn selections(tree: &Tree, uniform: usize, views: usize, budgets: usize) -> Vec<Selection> {
+    let (center, size) = place_of(tree);
+    let mut random = Random::new(4);
+    let step = |i: usize, n: usize| i as f64 / (n.max(2) - 1) as f64;
+    let mut all: Vec<Selection> = (0..uniform)
+        .map(|i| {
+            let share = 0.05 * (1.5e-4_f64 / 0.05).powf(step(i, uniform));
+            Selection::uniform(size * share, Order::Bound)
+        })
+        .collect();
+    all.extend((0..views).map(|i| {
+        let eye = center + random.direction() * size * random.between(0.2, 1.5);
+        let slope = 0.03 * (1e-3_f64 / 0.03).powf(step(i, views));
+        Selection::perspective(Perspective { eye, axis: DVec3::ZERO, slope, corner_cos: 1.0 }, Order::Bound)
+    }));
+    all.extend((0..budgets).map(|i| {
+        let share = 0.003 * (0.5_f64 / 0.003).powf(step(i, budgets));
+        let triangles = (tree.face_count() as f64 * share) as u64;
+        let budget = Budget::Triangles(triangles.max(50));
+        let mut mesh = Extraction::default();
+        fit(tree, Selection::by_budget(), budget, &mut mesh).unwrap_or_else(|e| panic!("{e}")).0
+    }));
+    all
+}
+
+/// Holds the promise against samples, and prints what they show. The median of the clusters' bounds over what is
+/// measured comes back, of those selections that draw at most every second face.
+fn check(name: &str, tree: &Tree, per_face: usize, selections: &[Selection]) -> f64 {
+    let probe = Probe::new(tree, per_face);
+    let mut looseness = Vec::new();
+    let mut worst = 0.0_f64;
+    for selection in selections {
+        let d = probe.measure(selection);
+        let [to_mesh, to_surface] = d.ways;
+        let kind = match selection.order {
+            Order::Budget => "budget",
+            Order::Bound => "bound",
+        };
+        println!(
+            "{name}, {kind}: {} triangles, surface to mesh {:.3} of what is allowed, mesh to surface {:.3}, \
+             beyond it {} and {} of {} points, clusters' bounds {:.2} times what is measured",
+            d.triangles,
+            to_mesh.worst,
+            to_surface.worst,
+            to_mesh.beyond,
+            to_surface.beyond,
+            to_mesh.points + to_surface.points,
+            d.looseness(),
+        );
+        for (way, from) in d.ways.iter().zip(["surface", "mesh"]) {
+            if way.worst > 1.0 {
+                println!("    from the {from} at {}, cluster {:?}", way.at, d.clusters[way.cluster]);
+            }
+        }
+        worst = worst.max(d.worst());
+        if 2 * d.triangles <= tree.face_count() as u64 {
+            looseness.push(d.looseness());
+        }
+    }
+    assert!(worst <= 1.0, "{name}: surface and mesh are {worst:.3} times as far apart as promised");
+    looseness.sort_unstable_by(f64::total_cmp);
+    looseness.get(looseness.len() / 2).copied().unwrap_or(1.0)
 }
 
 #[test]
 fn made_in_memory() {
-    check("torus", &trees::tree_of(meshes::torus(60, 36, 3)), 6);
-    check("grid", &trees::tree_of(meshes::grid(30, 5)), 6);
-    check("pieces", &trees::tree_of(meshes::pieces(9)), 6);
-    check("three sheets", &trees::tree_of(meshes::three_sheets(14)), 6);
-    check("moebius strip", &trees::tree_of(meshes::moebius(60)), 6);
+    let all = [
+        ("torus", meshes::torus(60, 36, 3)),
+        ("small torus", meshes::torus(12, 8, 1)),
+        ("smaller torus", meshes::torus(9, 5, 2)),
+        ("grid", meshes::grid(30, 5)),
+        ("flap", meshes::flap(40, 1)),
+        ("thin flap", meshes::flap(24, 2)),
+        ("pieces", meshes::pieces(9)),
+        ("three sheets", meshes::three_sheets(14)),
+        ("moebius strip", meshes::moebius(60)),
+    ];
+    for (name, soup) in all {
+        let tree = trees::tree_of(soup);
+        check(name, &tree, 6, &selections(&tree, 8, 4, 3));
+    }
 }
 
 #[test]
@@ -114,26 +110,111 @@ fn sample_meshes() {
         for split in [SplitMode::Quality, SplitMode::Paper, SplitMode::Merge] {
             let tree = trees::tree_by(soup.clone(), split);
             let name = format!("{name}, {}", split.as_str());
-            if split == SplitMode::Quality {
-                check(&name, &tree, 1);
-            } else {
-                // Known: five points of the parts, by 1.6 %.
-                let (worst, beyond) = look(&name, &tree, 1);
-                assert!(
-                    worst <= 1.05 && beyond <= 3e-5,
-                    "{name}: {worst:.3} tolerances, {beyond:.1e} of the points"
-                );
-            }
+            let looseness = check(&name, &tree, 1, &selections(&tree, 6, 3, 3));
+            // The median of bounds over measured distances; what the bound costs.
+            assert!(looseness < 2.4, "{name}: {looseness:.2}");
         }
     }
 }
 
+/// Where sampled points of the surface belong on screen, and where the mesh has them: within the pixels asked for,
+/// also away from the middle, where perspective magnifies.
+#[test]
+fn on_screen() {
+    for name in ["sculpture.ply", "terrain.ply", "parts.ply"] {
+        let tree = trees::tree_of(trees::read(&trees::data(name)));
+        let (worst, off_axis) = worst_pixels(&tree, 12);
+        println!(
+            "{name}: at most {worst:.3} of the pixels, {off_axis:.3} beyond half of the way to the corner"
+        );
+        assert!(worst <= 1.0, "{name}: {worst:.3} of the pixels");
+        assert!(off_axis > 0.2, "{name}: {off_axis:.3} off the axis, where little was seen");
+    }
+}
+
+/// The largest displacement on screen over the pixels asked for, in some views, and the same far off the axis.
+fn worst_pixels(tree: &Tree, views: usize) -> (f64, f64) {
+    let (center, size) = place_of(tree);
+    let faces = tree.faces().unwrap_or_else(|e| panic!("{e}"));
+    let (width, height, tangent) = (1280.0, 720.0, 0.577_350_269_f64);
+    let aspect = width / height;
+    let mut random = Random::new(21);
+    let (mut worst, mut off_axis) = (0.0_f64, 0.0_f64);
+    for _ in 0..views {
+        let pixels = random.between(0.5, 8.0);
+        let eye = center + random.direction() * size * random.between(0.4, 1.2);
+        let aim = center + random.direction() * size * 0.3;
+        let axis = (aim - eye).normalize_or_zero();
+        let right = axis.any_orthonormal_vector();
+        let up = right.cross(axis);
+        let corner_cos = 1.0 / (1.0 + tangent * tangent * (1.0 + aspect * aspect)).sqrt();
+        let view = Perspective { eye, axis, slope: pixels * 2.0 * tangent / height, corner_cos };
+        let mut mesh = Extraction::default();
+        extract(tree, &Selection::perspective(view, Order::Bound), &mut mesh)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let drawn = Surface::of(tree, &mesh.indices);
+        // In pixels from the middle of the image.
+        let project = |p: DVec3| {
+            let p = p - eye;
+            glam::DVec2::new(p.dot(right), p.dot(up)) / p.dot(axis) * height / (2.0 * tangent)
+        };
+        for face in &faces {
+            let p = random.in_triangle(face.map(|v| position(tree, v)));
+            let at = project(p);
+            let is_seen = (p - eye).dot(axis) > 0.0 && at.x.abs() < 0.5 * width && at.y.abs() < 0.5 * height;
+            if !is_seen {
+                continue;
+            }
+            let moved = project(drawn.nearest(p)).distance(at) / pixels;
+            worst = worst.max(moved);
+            if at.length() > 0.25 * width.hypot(height) {
+                off_axis = off_axis.max(moved);
+            }
+        }
+    }
+    (worst, off_axis)
+}
+
+/// Small meshes that fold, by the dozen.
+#[test]
+#[ignore = "minutes; cargo xtask campaign runs it"]
+fn campaign_of_folded_meshes() {
+    for seed in 0..60 {
+        let n = 6 + seed as u32 % 30;
+        for (name, soup) in [
+            ("torus", meshes::torus(n, 5 + n / 3, seed)),
+            ("flap", meshes::flap(n, seed)),
+            ("grid", meshes::grid(n, seed)),
+            ("pieces", meshes::pieces(seed)),
+        ] {
+            let tree = trees::tree_of(soup);
+            check(&format!("{name} {seed}"), &tree, 6, &selections(&tree, 12, 8, 4));
+        }
+    }
+}
+
+fn check_scan(name: &str) {
+    let tree = trees::tree_of(trees::scan(name));
+    let looseness = check(name, &tree, 1, &selections(&tree, 12, 6, 5));
+    println!("{name}: bounds {looseness:.2} times what is measured");
+    let (worst, _) = worst_pixels(&tree, 4);
+    assert!(worst <= 1.0, "{name}: {worst:.3} of the pixels");
+}
+
 #[test]
 #[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
-fn scans() {
-    for name in ["bunny.ply", "armadillo.ply", "dragon.ply"] {
-        // One ribbon on the dragon is known to break the bound; it must not become two.
-        let (worst, beyond) = look(name, &trees::tree_of(trees::scan(name)), 0);
-        assert!(worst <= 2.5 && beyond <= 5e-6, "{name}: {worst:.3} tolerances, {beyond:.1e} of the points");
-    }
+fn scans_bunny() {
+    check_scan("bunny.ply");
+}
+
+#[test]
+#[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
+fn scans_armadillo() {
+    check_scan("armadillo.ply");
+}
+
+#[test]
+#[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
+fn scans_dragon() {
+    check_scan("dragon.ply");
 }

@@ -2,8 +2,8 @@
 
 use crate::arcs::activity::Asking;
 use crate::arcs::corners::{self, Registered};
-use crate::arcs::{activity, curves, flaps, loops::Loops};
-use crate::bounds::Slack;
+use crate::arcs::curves::{self, Curves};
+use crate::arcs::{activity, flaps, loops::Loops};
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
@@ -223,10 +223,10 @@ fn build_prepared(
     clock.lap(Phase::Boundaries);
 
     tell(Phase::Bounds, 0);
-    let curve_records = curves::records(&mesh, &component, component_count);
+    let Curves { ends, stretches } = curves::find(&mesh, &component, component_count);
     drop(component);
     let mut anchored = vec![false; mesh.positions.len()];
-    for r in curve_records.iter().filter(|r| r.error == f64::INFINITY) {
+    for r in ends.iter().filter(|r| r.error == f64::INFINITY) {
         anchored[r.vertex as usize] = true;
     }
     for v in 0..anchored.len() {
@@ -238,11 +238,9 @@ fn build_prepared(
         bounds::raise_keys(&mut nodes);
     }
     mesh.forget_normals();
-    let slack = Slack::of(mode);
-    bounds::loosen(&mut nodes, slack);
     let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, cones)?;
     let mut activity = {
-        let (registrations, curves) = (&registrations, &curve_records);
+        let (registrations, curves) = (&registrations, &ends);
         let asking = Asking {
             mesh: &mesh,
             splits: &splits,
@@ -251,12 +249,15 @@ fn build_prepared(
             nodes: &nodes,
             clusters: &clusters,
         };
-        activity::gather(&asking, slack)
+        activity::gather(&asking)
     };
-    drop((registrations, curve_records));
+    drop((registrations, ends));
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
-    activity::raise(&uncovered, slack, &mut activity);
+    activity::raise(&uncovered, &mut activity);
     drop(uncovered);
+    let straight = curves::straighten(&mesh, &stretches, &activity);
+    activity::raise(&straight, &mut activity);
+    drop((stretches, straight));
     activity::share(&mesh.weld, &mut activity);
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);

@@ -2,15 +2,16 @@
 
 use crate::extra::Extra;
 use crate::region::{self, Region};
-use crate::{Error, Perspective, Tolerance};
+use crate::{Error, Perspective, Stats, Tolerance};
 use fcgeom::Frustum;
-use fct::{ChildRef, Node, Reader, VertexRecord};
+use fct::{ChildRef, Node, Reader, Tree, VertexRecord};
 use glam::DVec3;
 
 /// Which of the two stored keys a tolerance is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// The distance bound: no point of the surface is farther from the mesh than the tolerance.
+    /// The distance bound: no point of the surface is farther from the mesh than the tolerance, and no point of the mesh
+    /// from the surface.
     Bound,
     /// The budget key, what refining a cluster gains: no guarantee, but a lower mean error for the
     /// same number of triangles.
@@ -72,7 +73,7 @@ impl Selection {
     /// It is the vertex's own place, unless the selection is `displaced` and in [`Order::Budget`]: then it may lie
     /// beside it, by a distance that follows from the vertex and the tolerance alone and vanishes with the tolerance.
     /// A mesh drawn so is as free of cracks, and its mean error about a fifth smaller; its distance bound is
-    /// [`crate::Stats::bound`] and the longest such step.
+    /// [`Selection::bound`] and the longest such step.
     pub fn position(&self, vertex: &VertexRecord) -> DVec3 {
         let place = DVec3::from_array(vertex.position().map(f64::from));
         if !self.displaced || self.order != Order::Budget {
@@ -81,6 +82,18 @@ impl Selection {
         let sphere = || (DVec3::from_array(vertex.center()), vertex.radius());
         let allowed = self.allowed(sphere).unwrap_or(0.0);
         place + DVec3::from_array(vertex.displaced(allowed))
+    }
+
+    /// What the mesh that was drawn, without displacements, is bounded by: no point of the surface is farther from it, and
+    /// no point of it from the surface. A length in the tree's unit.
+    ///
+    /// It is the largest bound of a cluster drawn or of a vertex left out: along open edges and folds only the vertices
+    /// say how far the surface is from the chords. All vertices are looked at.
+    pub fn bound(&self, tree: &Tree, drawn: &Stats) -> f32 {
+        let left_out = |(index, vertex): (u32, &VertexRecord)| {
+            if self.activates(index, vertex) { 0.0 } else { vertex.bound() }
+        };
+        (0..).zip(tree.vertices()).map(left_out).fold(drawn.bound, f32::max)
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

@@ -2,7 +2,7 @@
 
 use super::corners::Registration;
 use super::curves::CurveRecord;
-use crate::bounds::{NodeBounds, Slack};
+use crate::bounds::NodeBounds;
 use crate::clusters::PackedClusters;
 use crate::mesh::NONE;
 use crate::partition::Split;
@@ -50,7 +50,7 @@ pub(crate) struct Asking<'a> {
 }
 
 /// Gathers the records of all welded vertices from what the splits register and curves ask for.
-pub(crate) fn gather(asking: &Asking<'_>, slack: Slack) -> Vec<Activity> {
+pub(crate) fn gather(asking: &Asking<'_>) -> Vec<Activity> {
     let Asking { mesh, splits, registrations, curves, nodes, clusters } = asking;
     let mut records = vec![Activity::NEVER; mesh.weld.len()];
     let split_off = split_off(splits, mesh.faces.len());
@@ -78,7 +78,7 @@ pub(crate) fn gather(asking: &Asking<'_>, slack: Slack) -> Vec<Activity> {
             }
         }
     });
-    raise(curves, slack, &mut records);
+    raise(curves, &mut records);
     records
 }
 
@@ -99,9 +99,10 @@ fn split_off(splits: &[Split], faces: usize) -> Vec<u32> {
 }
 
 /// Adds what curves ask for to the records.
-pub fn raise(curves: &[CurveRecord], slack: Slack, records: &mut [Activity]) {
+pub fn raise(curves: &[CurveRecord], records: &mut [Activity]) {
     for c in curves {
-        records[c.vertex as usize].add(slack.raise(c.error), round_up(c.error), &c.sphere);
+        let key = round_up(c.error);
+        records[c.vertex as usize].add(key, key, &c.sphere);
     }
 }
 

@@ -45,7 +45,7 @@ pub fn register(mesh: &TreeMesh, splits: &[Split], loops: &Loops, anchored: &[bo
         registered[(h & !LAST) as usize] = anchored[mesh.origin(h & !LAST) as usize];
     }
     let walk = Walk { mesh, splits, loops };
-    let root = Child { node: 0, faces: 0..mesh.faces.len() };
+    let root = Child { node: 0, parent: None, faces: 0..mesh.faces.len() };
     let measured = Measured { nodes: &mut nodes, cones: &mut cones };
     let registrations = walk.descend(root, &mut registered, measured);
     Registered { registrations, nodes, cones }
@@ -64,6 +64,9 @@ const SERIAL_BELOW: usize = 4096;
 #[derive(Clone)]
 struct Child {
     node: usize,
+    /// The node that is split into this one, if that can register more corners: a join of components would register
+    /// them for every mesh.
+    parent: Option<u32>,
     faces: Range<usize>,
 }
 
@@ -100,7 +103,7 @@ impl<'a> Walk<'a> {
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return Vec::new() };
         // The measurer of a large cluster goes before more of them are made.
-        (*bounds, *cone) = self.measure(&at, registered, &mut Measurer::new(self.mesh));
+        (*bounds, *cone) = self.measure(&at, registered, &mut Measurer::new(self.mesh), &mut own);
         let [left, right] = self.split(&at, registered, &mut own);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
@@ -128,7 +131,7 @@ impl<'a> Walk<'a> {
         }
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return };
-        (*bounds, *cone) = self.measure(&at, registered, measurer);
+        (*bounds, *cone) = self.measure(&at, registered, measurer, out);
         let [left, right] = self.split(&at, registered, out);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
@@ -139,19 +142,33 @@ impl<'a> Walk<'a> {
         bounds.nest([nodes_l.first(), nodes_r.first()]);
     }
 
-    fn measure(&self, at: &Child, registered: &[bool], measurer: &mut Measurer<'_>) -> (NodeBounds, Cone) {
+    /// Measures a node, and registers the corners that its bound counts on.
+    fn measure(
+        &self,
+        at: &Child,
+        registered: &mut [bool],
+        measurer: &mut Measurer<'_>,
+        out: &mut Vec<Registration>,
+    ) -> (NodeBounds, Cone) {
         let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.of_node(at.node), registered };
-        measurer.measure(&self.splits[at.node], &cluster)
+        let (bounds, cone, added) = measurer.measure(&self.splits[at.node], &cluster, at.parent.is_some());
+        for &h in added {
+            registered[h as usize - 3 * at.faces.start] = true;
+            let vertex = self.mesh.weld[self.mesh.origin(h) as usize];
+            out.extend(at.parent.map(|node| Registration { vertex, node }));
+        }
+        (bounds, cone)
     }
 
     /// Registers the corners of one split.
     fn split(&self, at: &Child, registered: &mut [bool], out: &mut Vec<Registration>) -> [Child; 2] {
-        let Child { node, ref faces } = *at;
+        let Child { node, ref faces, .. } = *at;
         let left_faces = self.splits[node].left_faces as usize;
         let middle = faces.start + left_faces;
+        let parent = (!self.splits[node].joins_components).then_some(node as u32);
         let children = [
-            Child { node: node + 1, faces: faces.start..middle },
-            Child { node: node + left_faces, faces: middle..faces.end },
+            Child { node: node + 1, parent, faces: faces.start..middle },
+            Child { node: node + left_faces, parent, faces: middle..faces.end },
         ];
         let mut marks = Marks { mesh: self.mesh, registered, base: 3 * faces.start, node, out };
         // The ends of arcs around a single face are corners of it.

@@ -1,9 +1,11 @@
 //! Open boundaries and seams: curves that no split cuts, simplified by the error of leaving a vertex out.
 //!
 //! Inside a surface, a chord of an arc lies in the slab of the cluster on either side. Along an open boundary there
-//! is no cluster beyond, so the polygon's edge could leave the boundary unnoticed; here each vertex of the curve gets
-//! a record of its own from the Douglas-Peucker deviation. Along a seam all sheets share the curve's records.
+//! is no cluster beyond, so the polygon's edge could leave the boundary unnoticed; here each vertex of the curve is
+//! drawn wherever the chord without it would be farther from the curve than the tolerance. Along a seam all sheets share
+//! the curve's records.
 
+use super::activity::Activity;
 use super::polyline::{self, complete_to_three};
 use crate::mesh::{EdgeKind, NONE};
 use crate::tree_order::TreeMesh;
@@ -21,6 +23,38 @@ pub struct CurveRecord {
     pub sphere: Sphere,
 }
 
+/// A stretch of a curve, between vertices that are drawn below a tolerance whatever else is.
+#[derive(Clone, Debug)]
+pub struct Stretch {
+    /// Welded vertices, both ends included.
+    vertices: Vec<u32>,
+    /// Normal units.
+    highest: f64,
+}
+
+/// What open boundaries and seams ask for, whatever the tree.
+#[derive(Clone, Debug, Default)]
+pub struct Curves {
+    /// The ends of stretches.
+    pub ends: Vec<CurveRecord>,
+    /// The stretches between them, whose inner vertices depend on what else is drawn: see [`straighten`].
+    pub stretches: Vec<Stretch>,
+}
+
+/// The records that keep the chords of curves within the tolerance, where the vertices have the records `keys` already.
+pub fn straighten(mesh: &TreeMesh, stretches: &[Stretch], keys: &[Activity]) -> Vec<CurveRecord> {
+    let of_stretch = |s: &Stretch| {
+        let points = points_of(mesh, &s.vertices);
+        let key = |i: usize| f64::from(keys[s.vertices[i] as usize].bound);
+        let miss = |c: polyline::Chord| polyline::farthest_from_chord(&points, c.from, c.to);
+        let raised = polyline::raise(&points, key, s.highest, miss);
+        let record =
+            |r: polyline::Raised| CurveRecord { vertex: s.vertices[r.point], error: r.key, sphere: r.sphere };
+        raised.into_iter().map(record).collect::<Vec<_>>()
+    };
+    stretches.iter().flat_map(of_stretch).collect()
+}
+
 /// An edge of the boundary graph between welded vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct CurveEdge {
@@ -32,17 +66,17 @@ struct CurveEdge {
     is_seam: bool,
 }
 
-/// The records that the open boundaries and seams of `mesh` ask for.
+/// The open boundaries and seams of `mesh`.
 ///
 /// `component` tells the connected component of a face, `components` how many there are: every component with a
 /// boundary keeps at least one loop of three vertices in every mesh, so that it cannot vanish.
-pub fn records(mesh: &TreeMesh, component: &[u32], components: usize) -> Vec<CurveRecord> {
+pub fn find(mesh: &TreeMesh, component: &[u32], components: usize) -> Curves {
     let edges = boundary_edges(mesh);
     if edges.is_empty() {
-        return Vec::new();
+        return Curves::default();
     }
     let graph = Graph::of(&edges, mesh.positions.len());
-    let mut out = Vec::new();
+    let mut out = Curves::default();
     let mut used = vec![false; edges.len()];
     let mut loops: Vec<Vec<u32>> = Vec::new();
     for &vertex in &graph.vertices {
@@ -50,7 +84,7 @@ pub fn records(mesh: &TreeMesh, component: &[u32], components: usize) -> Vec<Cur
             for &e in graph.edges_at(vertex) {
                 if !used[e as usize] {
                     let curve = graph.walk(vertex, e, &edges, &mut used);
-                    add_open_curve(mesh, &curve, &mut out);
+                    add_open_curve(mesh, curve, &mut out);
                 }
             }
         }
@@ -159,18 +193,12 @@ fn points_of(mesh: &TreeMesh, curve: &[u32]) -> Vec<Vec3> {
 }
 
 /// Both ends are junctions, drawn always; what lies between goes by its deviation.
-fn add_open_curve(mesh: &TreeMesh, curve: &[u32], out: &mut Vec<CurveRecord>) {
+fn add_open_curve(mesh: &TreeMesh, curve: Vec<u32>, out: &mut Curves) {
     for &vertex in [curve.first(), curve.last()].into_iter().flatten() {
         let sphere = Sphere::of_points(points_of(mesh, &[vertex]));
-        out.push(CurveRecord { vertex, error: f64::INFINITY, sphere });
+        out.ends.push(CurveRecord { vertex, error: f64::INFINITY, sphere });
     }
-    add_deviations(mesh, curve, out);
-}
-
-fn add_deviations(mesh: &TreeMesh, curve: &[u32], out: &mut Vec<CurveRecord>) {
-    for d in polyline::deviations(&points_of(mesh, curve)) {
-        out.push(CurveRecord { vertex: curve[d.point], error: d.error, sphere: d.sphere });
-    }
+    out.stretches.push(Stretch { vertices: curve, highest: f64::INFINITY });
 }
 
 /// Loops without a junction get three anchors: drawn always on a seam and on the widest loop of a component, else
@@ -182,7 +210,7 @@ fn add_loops(
     loops: Vec<Vec<u32>>,
     component: &[u32],
     components: usize,
-    out: &mut Vec<CurveRecord>,
+    out: &mut Curves,
 ) {
     let mut component_of_vertex = vec![NONE; mesh.positions.len()];
     for (face, corners) in mesh.faces.iter().enumerate() {
@@ -191,7 +219,7 @@ fn add_loops(
         }
     }
     let mut has_anchor = vec![false; components];
-    for r in out.iter().filter(|r| r.error == f64::INFINITY) {
+    for r in out.ends.iter().filter(|r| r.error == f64::INFINITY) {
         has_anchor[component_of_vertex[r.vertex as usize] as usize] = true;
     }
     let sphere_of = |curve: &[u32]| Sphere::of_points(points_of(mesh, curve));
@@ -215,21 +243,17 @@ fn add_loops(
         let always = is_seam || widest[c].is_some_and(|(_, w)| w == i);
         let error = if always { f64::INFINITY } else { 2.0 * f64::from(sphere.radius) };
         for &k in &chosen {
-            out.push(CurveRecord { vertex: ring[k], error, sphere });
+            out.ends.push(CurveRecord { vertex: ring[k], error, sphere });
         }
         for k in 0..chosen.len() {
             let (from, to) = (chosen[k], chosen[(k + 1) % chosen.len()]);
-            let stretch: Vec<u32> = if from < to {
+            let vertices = if from < to {
                 ring[from..=to].to_vec()
             } else {
                 ring[from..].iter().chain(&ring[..=to]).copied().collect()
             };
-            let first = out.len();
-            add_deviations(mesh, &stretch, out);
-            for r in &mut out[first..] {
-                // Not before the loop itself appears.
-                r.error = r.error.min(error);
-            }
+            // Not before the loop itself appears.
+            out.stretches.push(Stretch { vertices, highest: error });
         }
     }
 }

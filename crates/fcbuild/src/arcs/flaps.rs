@@ -9,7 +9,7 @@
 use super::activity::Activity;
 use super::curves::CurveRecord;
 use super::loops::{LAST, Loops, split_loops};
-use super::polyline;
+use super::polyline::{self, Chord};
 use crate::bounds::NodeBounds;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
@@ -170,17 +170,11 @@ impl Tree<'_> {
             return;
         }
         let points: Vec<Vec3> = vertices.iter().map(|&v| self.mesh.positions[v as usize]).collect();
-        let stretches = polyline::deviations(&points);
-        let mut uncovered: Vec<f64> =
-            stretches.iter().map(|d| uncovered(&points, d.from, d.to, meetings)).collect();
-        for (i, d) in stretches.iter().enumerate().rev() {
-            if let Some(up) = d.within {
-                uncovered[up] = uncovered[up].max(uncovered[i]);
-            }
-            if uncovered[i] > key(d.point) {
-                let vertex = self.mesh.weld[vertices[d.point] as usize];
-                out.push(CurveRecord { vertex, error: uncovered[i], sphere: d.sphere });
-            }
+        // The cut is there, and its ends are drawn, below the bound of its node.
+        let highest = f64::from(self.nodes[node].bound);
+        for r in polyline::raise(&points, key, highest, |chord| uncovered(&points, chord, meetings)) {
+            let vertex = self.mesh.weld[vertices[r.point] as usize];
+            out.push(CurveRecord { vertex, error: r.key, sphere: r.sphere });
         }
     }
 
@@ -249,28 +243,36 @@ impl Tree<'_> {
 /// and beyond both polygons is at most 1 / cos(10 degrees) times the larger bound from the chord.
 const FLAT: f64 = 0.94;
 
-/// The largest distance from the chord of `from..=to` of a point that lies beyond the polygons on both sides of it,
-/// capped by the tolerance up to which those polygons are drawn; 0 if all points are covered.
-fn uncovered(points: &[Vec3], from: usize, to: usize, meetings: &Meetings) -> f64 {
-    let (a, b) = (points[from].as_dvec3(), points[to].as_dvec3());
+/// Cosine of the angle (120 degrees) between planes from which on a chord must be near its arc on either side: the
+/// clusters fold back, and a polygon that juts out beyond the arc has no surface under it.
+const FOLDED: f64 = -0.5;
+
+/// The point that is farthest from a chord among those that lie beyond the polygons on both sides of it, and its
+/// distance, capped by the tolerance up to which those polygons are drawn; none if all points are covered.
+fn uncovered(points: &[Vec3], chord: Chord, meetings: &Meetings) -> Option<(usize, f64)> {
+    let (a, b) = (points[chord.from].as_dvec3(), points[chord.to].as_dvec3());
     let along = b - a;
-    let mut worst = 0.0_f64;
-    for (i, p) in points.iter().enumerate().take(to).skip(from + 1) {
+    let mut worst = (0, chord.lowest);
+    for (i, p) in points.iter().enumerate().take(chord.to).skip(chord.from + 1) {
         let offset = polyline::offset_from_segment(p.as_dvec3(), a, b);
         let distance = offset.length();
-        if distance <= worst {
+        if distance <= worst.1 {
             continue;
         }
         for m in meetings.at(i - 1).iter().chain(meetings.at(i)) {
             // The left cluster lies to the left of the chord in its plane, the other one to the right.
             let into_left = m.normals[0].cross(along);
             let into_right = along.cross(m.normals[1]);
-            if distance > m.from && offset.dot(into_left) <= 0.0 && offset.dot(into_right) <= 0.0 {
-                worst = worst.max(distance.min(m.below));
+            let counts = m.normals.contains(&DVec3::ZERO)
+                || m.normals[0].dot(m.normals[1]) < FOLDED
+                || (offset.dot(into_left) <= 0.0 && offset.dot(into_right) <= 0.0);
+            let at = distance.min(m.below);
+            if counts && distance > m.from && m.from < chord.highest && at > worst.1 {
+                worst = (i, at);
             }
         }
     }
-    worst
+    (worst.0 > 0).then_some(worst)
 }
 
 /// Shows the stretches of a loop that lie on the cut, from end to end of an arc; a closed cut starts and ends at
@@ -329,21 +331,26 @@ mod tests {
         Meetings { all: vec![one; 2], ends: vec![1, 2] }
     }
 
+    fn uncovered(points: &[Vec3], meetings: &Meetings) -> f64 {
+        let chord = Chord { from: 0, to: 2, lowest: 0.0, highest: 9.0 };
+        super::uncovered(points, chord, meetings).map_or(0.0, |worst| worst.1)
+    }
+
     #[test]
     fn a_point_is_uncovered_only_beyond_both_polygons() {
         // An arc along x whose middle vertex leaves the chord sideways.
         let arc = |y: f32, z: f32| [Vec3::ZERO, Vec3::new(1.0, y, z), Vec3::new(2.0, 0.0, 0.0)];
         // A flat meeting: the strip lies over one polygon or the other.
         let flat = meeting(DVec3::Z, DVec3::Z);
-        assert_eq!(uncovered(&arc(0.5, 0.0), 0, 2, &flat), 0.0);
-        assert_eq!(uncovered(&arc(-0.5, 0.0), 0, 2, &flat), 0.0);
-        // The rim of an ear: both clusters lie at y > 0, one above the other.
+        assert_eq!(uncovered(&arc(0.5, 0.0), &flat), 0.0);
+        assert_eq!(uncovered(&arc(-0.5, 0.0), &flat), 0.0);
+        // The rim of an ear: both clusters lie at y > 0, one above the other; a chord over a notch has nothing under it.
         let rim = meeting(DVec3::Z, -DVec3::Z);
-        assert_eq!(uncovered(&arc(-0.5, 0.0), 0, 2, &rim), 0.5);
-        assert_eq!(uncovered(&arc(0.5, 0.0), 0, 2, &rim), 0.0);
+        assert_eq!(uncovered(&arc(-0.5, 0.0), &rim), 0.5);
+        assert_eq!(uncovered(&arc(0.5, 0.0), &rim), 0.5);
         // A right-angled ridge: the left cluster is flat at y > 0, the right one goes down from it.
         let ridge = meeting(DVec3::Z, -DVec3::Y);
-        assert!((uncovered(&arc(-0.3, 0.4), 0, 2, &ridge) - 0.5).abs() < 1e-6);
-        assert_eq!(uncovered(&arc(-0.3, -0.4), 0, 2, &ridge), 0.0);
+        assert!((uncovered(&arc(-0.3, 0.4), &ridge) - 0.5).abs() < 1e-6);
+        assert_eq!(uncovered(&arc(-0.3, -0.4), &ridge), 0.0);
     }
 }

@@ -9,12 +9,13 @@
 //! `[Tsuji07]` 4.3, steps 1 to 3.
 //!
 //! # Deviations
-//! A closed cut gets three anchors, every child keeps at least three corners, vertices on open boundaries and seams
-//! are registered by the error of leaving them out, and the copies of a vertex along a seam are drawn together.
+//! A closed cut gets three anchors, every child keeps at least three corners and those that its bound counts on, vertices
+//! on open boundaries, on seams and along folds are drawn by the error of leaving them out, and the copies of a vertex
+//! along a seam are drawn together.
 
 pub mod activity;
 pub mod corners;
 pub mod curves;
 pub mod flaps;
 pub mod loops;
-mod polyline;
+pub(crate) mod polyline;

@@ -1,4 +1,4 @@
-//! Farthest points and Douglas-Peucker errors of boundary polylines.
+//! Farthest points of boundary polylines, and the keys that keep their chords near.
 
 use fcgeom::Sphere;
 use glam::{DVec3, Vec3};
@@ -12,7 +12,7 @@ pub(super) fn offset_from_segment(p: DVec3, a: DVec3, b: DVec3) -> DVec3 {
 }
 
 /// Distance of a point from a segment.
-pub(super) fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+pub(crate) fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     offset_from_segment(p, a, b).length()
 }
 
@@ -54,57 +54,98 @@ pub(super) fn complete_to_three(points: &[Vec3], chosen: &mut Vec<usize>) {
     }
 }
 
-/// What leaving a point out of a polyline costs.
+/// A point of a polyline that has to be drawn at larger tolerances than its key says.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Deviation {
+pub(super) struct Raised {
     /// Index of the point.
     pub(super) point: usize,
-    /// The stretch of the polyline whose chord the point breaks, both ends included.
-    pub(super) from: usize,
-    pub(super) to: usize,
-    /// The stretch that this one is a part of, by its place in the list.
-    pub(super) within: Option<usize>,
-    /// The largest distance of the stretch from its chord, and at least that of every stretch inside it.
-    pub(super) error: f64,
-    /// Around the stretch; the spheres of the stretches inside it lie in it.
+    /// Its new key.
+    pub(super) key: f64,
+    /// Around the stretch that is too far from its chord without the point; the spheres of the points raised inside
+    /// it lie in it.
     pub(super) sphere: Sphere,
 }
 
-/// Stretches are cut at their middle beyond this depth, so that a spiral cannot make the work quadratic.
-const MAX_DEPTH: u32 = 40;
+/// A stretch of a polyline whose chord is drawn at tolerances in [lowest, highest): its ends are drawn there, and no
+/// point between them is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chord {
+    /// Both ends.
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) lowest: f64,
+    pub(super) highest: f64,
+}
 
-/// The deviation of every inner point of an open polyline, stretches before those inside them.
+/// Stretches are cut at their middle beyond this depth, so that a spiral cannot make the work quadratic.
+const MAX_DEPTH: u32 = 60;
+
+/// Finds keys for the inner points of a polyline, such that every chord is near enough wherever it is drawn.
 ///
-/// Keeping all points whose error passes a tolerance leaves a polyline from which no left-out point is farther than
-/// that tolerance ([Douglas and Peucker 1973], made monotone).
-pub(super) fn deviations(points: &[Vec3]) -> Vec<Deviation> {
-    let mut out: Vec<Deviation> = Vec::with_capacity(points.len());
-    let mut stack = vec![(0, points.len().saturating_sub(1), None, 0_u32)];
-    while let Some((from, to, within, depth)) = stack.pop() {
+/// A point is drawn at tolerances below its key, so the keys say of every chord at which tolerances it is drawn; the
+/// ends are drawn below `highest`. `miss` tells the worst point of a chord and its distance, at least of those points
+/// whose distance is over the chord's lowest tolerance. Where that is over a tolerance at which the chord is drawn, the
+/// point is raised: keys only grow, and what they were raised for before still holds, since the chords inside a stretch
+/// are looked at with the keys that it leaves.
+///
+/// # Paper
+/// [Douglas and Peucker 1973] is the case in which all keys are 0 at first.
+pub(super) fn raise(
+    points: &[Vec3],
+    key: impl Fn(usize) -> f64,
+    highest: f64,
+    mut miss: impl FnMut(Chord) -> Option<(usize, f64)>,
+) -> Vec<Raised> {
+    struct Stretch {
+        within: Option<usize>,
+        chord: Chord,
+        raised: Option<(usize, f64)>,
+    }
+    let mut stretches: Vec<Stretch> = Vec::new();
+    let mut stack = vec![(0, points.len().saturating_sub(1), highest, None, 0_u32)];
+    while let Some((from, to, highest, within, depth)) = stack.pop() {
         if to < from + 2 {
             continue;
         }
-        let (a, b) = (points[from].as_dvec3(), points[to].as_dvec3());
-        let inner = &points[from + 1..to];
-        let Some((far, error)) = farthest(inner.len(), |i| distance_to_segment(inner[i].as_dvec3(), a, b))
-        else {
-            continue;
-        };
-        let point = if depth < MAX_DEPTH { from + 1 + far } else { (from + to) / 2 };
-        let own = out.len();
-        let sphere = Sphere::of_points(&points[from..=to]);
-        out.push(Deviation { point, from, to, within, error, sphere });
-        stack.push((point, to, Some(own), depth + 1));
-        stack.push((from, point, Some(own), depth + 1));
+        let first = (from + 1, key(from + 1));
+        let (drawn_first, lowest) =
+            (from + 2..to).map(|i| (i, key(i))).fold(first, |best, x| if x.1 > best.1 { x } else { best });
+        let lowest = lowest.min(highest);
+        let chord = Chord { from, to, lowest, highest };
+        let missed = if lowest < highest { miss(chord) } else { None };
+        let missed = missed.map(|(i, distance)| (i, distance.min(highest))).filter(|m| m.1 > lowest);
+        let (mut point, breaks_at) = missed.unwrap_or((drawn_first, lowest));
+        if depth >= MAX_DEPTH {
+            point = usize::midpoint(from, to);
+        }
+        let raised = (breaks_at > key(point)).then_some((point, breaks_at));
+        let own = stretches.len();
+        stretches.push(Stretch { within, chord, raised });
+        stack.push((point, to, breaks_at, Some(own), depth + 1));
+        stack.push((from, point, breaks_at, Some(own), depth + 1));
     }
-    for i in (0..out.len()).rev() {
-        if let Some(up) = out[i].within {
-            let inside = out[i];
-            out[up].error = out[up].error.max(inside.error);
-            out[up].sphere = Sphere::enclosing(&out[up].sphere, &inside.sphere);
+    let mut below = vec![Sphere::EMPTY; stretches.len()];
+    let mut out = Vec::new();
+    for (i, stretch) in stretches.iter().enumerate().rev() {
+        let mut sphere = below[i];
+        if let Some((point, key)) = stretch.raised {
+            let own = Sphere::of_points(&points[stretch.chord.from..=stretch.chord.to]);
+            sphere = if sphere.is_empty() { own } else { Sphere::enclosing(&own, &sphere) };
+            out.push(Raised { point, key, sphere });
+        }
+        if let Some(up) = stretch.within.filter(|_| !sphere.is_empty()) {
+            below[up] = if below[up].is_empty() { sphere } else { Sphere::enclosing(&below[up], &sphere) };
         }
     }
     out
+}
+
+/// The inner point of a stretch that is farthest from its chord, and how far it is.
+pub(super) fn farthest_from_chord(points: &[Vec3], from: usize, to: usize) -> Option<(usize, f64)> {
+    let (a, b) = (points[from].as_dvec3(), points[to].as_dvec3());
+    let inner = points.get(from + 1..to)?;
+    let (far, distance) = farthest(inner.len(), |i| distance_to_segment(inner[i].as_dvec3(), a, b))?;
+    Some((from + 1 + far, distance))
 }
 
 #[cfg(test)]
@@ -120,25 +161,29 @@ mod tests {
         (0..n).map(|i| Vec3::new(i as f32, random() * 3.0, random())).collect()
     }
 
+    /// With no keys before, and with keys of others in between: those bend chords away from the ones that a deviation
+    /// would be measured against.
     #[test]
     fn points_left_out_at_a_tolerance_stay_within_it() {
         let points = wiggle(200);
-        let deviations = deviations(&points);
-        assert_eq!(deviations.len(), 198);
-        for tolerance in [0.0, 0.3, 0.9, 1.7, 10.0] {
-            let mut kept = vec![0, 199];
-            kept.extend(deviations.iter().filter(|d| d.error > tolerance).map(|d| d.point));
-            kept.sort_unstable();
-            for ends in kept.windows(2) {
-                for i in ends[0]..ends[1] {
-                    let d = distance_to_segment(
-                        points[i].as_dvec3(),
-                        points[ends[0]].as_dvec3(),
-                        points[ends[1]].as_dvec3(),
-                    );
-                    assert!(d <= tolerance, "{i} is {d} from its chord at {tolerance}");
+        for others in [0, 3, 7] {
+            let mut keys: Vec<f64> = (0..200)
+                .map(|i| if others > 0 && i % others == 1 { f64::from(i as u32 % 11) * 0.2 } else { 0.0 })
+                .collect();
+            for r in raise(&points, |i| keys[i], 2.5, |c| farthest_from_chord(&points, c.from, c.to)) {
+                assert!(r.key > keys[r.point]);
+                keys[r.point] = r.key;
+            }
+            for tolerance in [0.0, 0.1, 0.3, 0.5, 0.9, 1.3, 1.7, 2.4] {
+                let mut kept = vec![0];
+                kept.extend((1..199).filter(|&i| keys[i] > tolerance));
+                kept.push(199);
+                for ends in kept.windows(2) {
+                    let far = farthest_from_chord(&points, ends[0], ends[1]);
+                    assert!(far.is_none_or(|f| f.1 <= tolerance), "{far:?} from its chord at {tolerance}");
                 }
             }
+            assert!(keys.iter().all(|k| *k <= 2.5), "none is drawn before the ends are");
         }
     }
 

@@ -2,36 +2,71 @@
 //!
 //! The polygon's corners lie on the cluster's border, whichever of them are drawn. Along a direction in which no face
 //! of the cluster is seen from behind, the cluster covers its outline once; with its own extent [lo, hi] and its
-//! border's [bl, bh] along that direction, surface and polygon are at most max(hi - bl, bh - lo) apart there.
+//! border's [bl, bh] along that direction, surface and polygon are at most max(hi - bl, bh - lo) apart there. Around the
+//! border more of the surface counts, see [`super::overhang`].
 //! A cluster that folds over has no such direction: then every point is at most as far from the drawn mesh as from
-//! the nearest of its corners, vertices that are drawn whenever the cluster is.
+//! the nearest of its corners, vertices that are drawn whenever the cluster is. The other way, a triangle between points
+//! of a ball is nowhere farther from the nearest of them than the ball's radius.
 
 use fcgeom::Quads;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// Cosine above which a face counts as facing a direction: about 89.4 degrees, so that rounding cannot turn it.
 pub(super) const MIN_FACING: f32 = 0.01;
 
 /// 1 / cos(10 degrees): how much farther than either slab a point can be from a chord between two polygons that meet
-/// at up to 20 degrees. Steeper meetings keep their vertices instead, see [`crate::arcs::flaps`].
+/// at up to 20 degrees. Steeper meetings keep their vertices besides, see [`crate::arcs::flaps`].
 const RIDGE: f64 = 1.0155;
 
-/// The smallest of the bounds along `directions`, unit vectors that no face turns its back on; `None` without any.
-/// In the unit of the points, of which the groups `border` lie on the cluster's border and `inside` do not.
-pub(super) fn from_slab(
+/// A cluster along one direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slab {
+    /// Unit length.
+    pub(super) direction: DVec3,
+    /// Heights between which the cluster's border lies, and with it every polygon.
+    border: (f64, f64),
+    /// Heights between which the cluster lies, and what else its polygon may lie over.
+    extent: (f64, f64),
+    /// What the bound is at least.
+    least: f64,
+}
+
+impl Slab {
+    /// How far polygon and surface may be from each other.
+    pub(super) fn bound(&self) -> f64 {
+        let apart = (self.extent.1 - self.border.0).max(self.border.1 - self.extent.0);
+        apart.max(self.least) * RIDGE
+    }
+
+    /// Widens the extent to a height.
+    pub(super) fn add(&mut self, height: f64) {
+        self.extent = (self.extent.0.min(height), self.extent.1.max(height));
+    }
+
+    /// Raises the bound to a distance.
+    pub(super) fn raise(&mut self, distance: f64) {
+        self.least = self.least.max(distance);
+    }
+}
+
+/// The slab of least bound along `directions`, unit vectors that no face turns its back on; `None` without any.
+/// Of the points the groups `border` lie on the cluster's border and `inside` do not.
+pub(super) fn slab(
     directions: [Option<Vec3>; 2],
     points: &Quads,
     border: Range<usize>,
     inside: Range<usize>,
-) -> Option<f64> {
-    let slab = |direction: Vec3| {
+) -> Option<Slab> {
+    let along = |direction: Vec3| {
         let direction = direction.as_dvec3();
-        let (border_low, border_high) = points.extent(border.clone(), direction);
-        let (low, high) = points.extent(inside.clone(), direction);
-        (high.max(border_high) - border_low).max(border_high - low.min(border_low)) * RIDGE
+        let border = points.extent(border.clone(), direction);
+        let inside = points.extent(inside.clone(), direction);
+        let extent = (inside.0.min(border.0), inside.1.max(border.1));
+        Slab { direction, border, extent, least: 0.0 }
     };
-    directions.into_iter().flatten().map(slab).reduce(f64::min)
+    let slabs = directions.into_iter().flatten().map(along);
+    slabs.reduce(|best, other| if other.bound() < best.bound() { other } else { best })
 }
 
 /// At most so many corners are tried: more would tighten the bound little and cost time on large clusters.

@@ -1,10 +1,10 @@
 //! What is measured on every node: error bounds and normal cone.
 
 mod distance;
+mod hull;
 mod node;
 mod outliers;
-mod slack;
+mod overhang;
 
 pub use node::{Cluster, Measurer, NodeBounds};
 pub use outliers::raise_keys;
-pub use slack::{Slack, loosen};

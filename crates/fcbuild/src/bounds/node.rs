@@ -1,17 +1,19 @@
 //! The bounds of a node, in two steps: what its faces alone tell, then what must be nested over the tree.
 
 use super::distance;
+use super::overhang::Overhang;
 use crate::arcs::loops::LAST;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
-use fcgeom::{Cone, Quads, round_up};
+use fcgeom::{Cone, Quads, Sphere, round_up};
 use glam::Vec3;
 use std::ops::Range;
 
 /// The bounds of a node. Its sphere is found by the file's packer, its cone stands beside it.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeBounds {
-    /// No point of the cluster is farther from the drawn mesh, in normal units; not below a child's once nested.
+    /// No point of the cluster is farther from the drawn mesh, and no point of the cluster's polygon from the surface, in
+    /// normal units; not below a child's once nested.
     pub bound: f32,
     /// Budget key, a length in normal units; not below a child's once nested.
     pub budget: f32,
@@ -77,21 +79,30 @@ pub struct Measurer<'a> {
     /// The normals of its faces but for those without area.
     normals: Quads,
     corners: Vec<Vec3>,
+    overhang: Overhang,
 }
 
 impl<'a> Measurer<'a> {
     /// A measurer of clusters of `mesh`.
     pub fn new(mesh: &'a TreeMesh) -> Measurer<'a> {
-        Measurer { mesh, points: Quads::default(), normals: Quads::default(), corners: Vec::new() }
+        Measurer {
+            mesh,
+            points: Quads::default(),
+            normals: Quads::default(),
+            corners: Vec::new(),
+            overhang: Overhang::default(),
+        }
     }
 
-    /// Measures one node by itself: its bounds, and a cone that holds the normals of its faces.
-    pub fn measure(&mut self, split: &Split, at: &Cluster<'_>) -> (NodeBounds, Cone) {
+    /// Measures one node by itself: its bounds, a cone that holds the normals of its faces, and half-edges on its loops
+    /// that start at vertices which its parent must register too, none unless `may_add`.
+    pub fn measure(&mut self, split: &Split, at: &Cluster<'_>, may_add: bool) -> (NodeBounds, Cone, &[u32]) {
         let mesh = self.mesh;
         let corner_vertices = mesh.faces.as_flattened();
         let vertex = |h: &u32| mesh.positions[corner_vertices[(h & !LAST) as usize] as usize];
         let (cone, along_plane) = self.cone(split, &at.faces);
         let mut bound = None;
+        let mut added: &[u32] = &[];
         self.corners.clear();
         let is_corner = |h: &&u32| at.registered[(**h & !LAST) as usize - 3 * at.faces.start];
         if !split.joins_components && at.loops.iter().any(|h| is_corner(&h)) {
@@ -109,7 +120,10 @@ impl<'a> Measurer<'a> {
             if !has_holes {
                 let along_axis = cone.cos > distance::MIN_FACING;
                 let directions = [along_plane.then_some(split.normal), along_axis.then_some(cone.axis)];
-                bound = distance::from_slab(directions, &self.points, 0..inside, inside..end);
+                if let Some(mut slab) = distance::slab(directions, &self.points, 0..inside, inside..end) {
+                    added = self.overhang.widen(mesh, at, &mut slab, may_add);
+                    bound = Some(slab.bound());
+                }
             }
             if bound.is_none() {
                 self.corners.extend(at.loops.iter().filter(is_corner).map(vertex));
@@ -120,13 +134,18 @@ impl<'a> Measurer<'a> {
             Some(bound) => bound,
             // A node that must be refined in every order: the root of a closed surface, a join of components.
             None if self.corners.is_empty() => f64::INFINITY,
-            None => distance::from_corners(&self.points, longest_edge(mesh, &at.faces), &mut self.corners),
+            None => {
+                let there =
+                    distance::from_corners(&self.points, longest_edge(mesh, &at.faces), &mut self.corners);
+                let border = Sphere::of_points(at.loops.iter().map(vertex));
+                there.max(f64::from(border.radius))
+            }
         };
         let budget = if bound == f64::INFINITY { f32::INFINITY } else { split.key };
         let bound = round_up(bound);
         let follows_cone = !from_corners && split.normal.dot(cone.axis) > FOLLOWS;
         let narrow_cone = cone.cos > FLAT_CONE;
-        (NodeBounds { bound, budget, from_corners, follows_cone, narrow_cone }, cone)
+        (NodeBounds { bound, budget, from_corners, follows_cone, narrow_cone }, cone, added)
     }
 
     /// The cone of some faces' normals, and whether the plane of their cluster has a side that all of them show.

@@ -165,7 +165,7 @@ fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Resu
         vertices: mesh.buffers.positions.len() as u64,
         clusters: cut.stats.clusters,
         collapsed: mesh.buffers.collapsed,
-        bound: f64::from(cut.stats.bound) + mesh.buffers.longest_step,
+        bound: f64::from(selection.bound(tree, &cut.stats)) + mesh.buffers.longest_step,
         chosen_by: match settings.detail {
             Detail::Full | Detail::Within(_) => ChosenBy::Bound,
             Detail::Epsilon(_) => ChosenBy::Epsilon,
@@ -178,7 +178,7 @@ impl fmt::Display for Exported {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "wrote {}: {}, {}, {}; no point of the surface is farther off than {}",
+            "wrote {}: {}, {}, {}; surface and mesh are no farther apart than {}",
             self.output.display(),
             counted(self.triangles, "triangle", "triangles"),
             counted(self.vertices, "vertex", "vertices"),

@@ -1,0 +1,157 @@
+//! Convex hulls in the plane.
+
+use glam::DVec2;
+
+/// A convex polygon, counter-clockwise, without corners on its edges; of fewer than three corners if it has no inside.
+/// Keeps its memory from one to the next.
+#[derive(Debug, Default)]
+pub(super) struct Hull {
+    points: Vec<DVec2>,
+    corners: Vec<DVec2>,
+    low: DVec2,
+    high: DVec2,
+}
+
+/// A cross product counts as zero below this share of the lengths in it: points that are seen on a line then stay there.
+const ROUNDING: f64 = 1e-12;
+
+impl Hull {
+    /// Makes it the hull of points.
+    pub(super) fn surround(&mut self, points: impl Iterator<Item = DVec2>) {
+        let Hull { points: sorted, corners, .. } = self;
+        sorted.clear();
+        sorted.extend(points);
+        sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        corners.clear();
+        add_chain(corners, sorted.iter());
+        add_chain(corners, sorted.iter().rev());
+        self.low = self.corners.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
+        self.high = self.corners.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
+    }
+
+    /// Whether it has an inside.
+    pub(super) fn has_area(&self) -> bool {
+        self.corners.len() > 2
+    }
+
+    /// Whether a point lies inside, not on an edge.
+    pub(super) fn holds(&self, p: DVec2) -> bool {
+        p.cmpgt(self.low).all()
+            && p.cmplt(self.high).all()
+            && self
+                .edges()
+                .all(|(u, v)| (v - u).perp_dot(p - u) > ROUNDING * (v - u).length() * p.distance(u))
+    }
+
+    /// The part of a segment that lies in it, as shares of the segment's length.
+    pub(super) fn clip(&self, p: DVec2, q: DVec2) -> Option<(f64, f64)> {
+        if !(p.max(q).cmpge(self.low).all() && p.min(q).cmple(self.high).all()) {
+            return None;
+        }
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (u, v) in self.edges() {
+            let (at_p, at_q) = ((v - u).perp_dot(p - u), (v - u).perp_dot(q - u));
+            if at_p < 0.0 && at_q < 0.0 {
+                return None;
+            }
+            if at_p < 0.0 {
+                from = from.max(at_p / (at_p - at_q));
+            } else if at_q < 0.0 {
+                to = to.min(at_p / (at_p - at_q));
+            }
+        }
+        (from <= to).then_some((from, to))
+    }
+
+    /// Whether some of it lies to the right of the line from `p` to `q`.
+    pub(super) fn reaches_right(&self, p: DVec2, q: DVec2) -> bool {
+        let along = q - p;
+        let least = -ROUNDING * along.length();
+        self.corners.iter().any(|c| along.perp_dot(*c - p) < least * c.distance(p))
+    }
+
+    fn edges(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
+        let next = self.corners.iter().cycle().skip(1);
+        self.corners.iter().zip(next).map(|(u, v)| (*u, *v))
+    }
+}
+
+/// Adds one side of a hull, from the first point to the last one, which begins the other side.
+fn add_chain<'a>(corners: &mut Vec<DVec2>, points: impl Iterator<Item = &'a DVec2>) {
+    let start = corners.len();
+    for p in points {
+        while let [.., a, b] = corners[start..] {
+            if (b - a).perp_dot(*p - a) > 0.0 {
+                break;
+            }
+            corners.pop();
+        }
+        corners.push(*p);
+    }
+    corners.pop();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn random_points(n: usize, state: &mut u64) -> Vec<DVec2> {
+        let mut unit = || {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            // On a coarse grid, so that points repeat and lie on lines.
+            f64::from((*state >> 40) as u32 % 9)
+        };
+        (0..n).map(|_| DVec2::new(unit(), unit())).collect()
+    }
+
+    /// By definition: a point is in the hull unless a line through two of the points has all of them on one side and it
+    /// on the other.
+    fn is_outside(p: DVec2, points: &[DVec2]) -> bool {
+        points.iter().any(|a| {
+            points.iter().any(|b| {
+                let side = |q: DVec2| (*b - *a).perp_dot(q - *a);
+                a != b && side(p) < 0.0 && points.iter().all(|q| side(*q) >= 0.0)
+            })
+        })
+    }
+
+    #[test]
+    fn segments_are_clipped_to_what_the_definition_calls_inside() {
+        let mut state = 3;
+        for n in 3..12 {
+            for _ in 0..40 {
+                let points = random_points(n, &mut state);
+                let mut hull = Hull::default();
+                hull.surround(points.iter().copied());
+                if !hull.has_area() {
+                    continue;
+                }
+                let ends = random_points(2, &mut state);
+                let (p, q) = (ends[0] * 1.3 - 1.0, ends[1] * 1.3 - 1.0);
+                let clipped = hull.clip(p, q);
+                for i in 0..=200 {
+                    let t = f64::from(i) / 200.0;
+                    let at = p + (q - p) * t;
+                    let within = |room: f64| clipped.is_some_and(|(a, b)| t > a - room && t < b + room);
+                    if is_outside(at, &points) {
+                        assert!(!within(-1e-9), "{at} is outside");
+                        assert!(!hull.holds(at));
+                    } else {
+                        assert!(within(1e-9), "{at} is inside");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_has_some_of_a_square_to_its_right_unless_it_passes_by() {
+        let corner = |x: f64, y: f64| DVec2::new(x, y);
+        let mut hull = Hull::default();
+        hull.surround([corner(0., 0.), corner(1., 0.), corner(1., 1.), corner(0., 1.)].into_iter());
+        // Along an edge with the square to the left, and the other way round.
+        assert!(!hull.reaches_right(corner(0., 0.), corner(1., 0.)));
+        assert!(hull.reaches_right(corner(1., 0.), corner(0., 0.)));
+        assert!(hull.reaches_right(corner(0.5, -1.), corner(0.6, 2.)));
+    }
+}
