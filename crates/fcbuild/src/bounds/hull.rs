@@ -8,6 +8,8 @@ use glam::DVec2;
 pub(super) struct Hull {
     points: Vec<DVec2>,
     corners: Vec<DVec2>,
+    /// Where each edge starts, and the way along it.
+    edges: Vec<(DVec2, DVec2)>,
     low: DVec2,
     high: DVec2,
 }
@@ -25,6 +27,9 @@ impl Hull {
         corners.clear();
         add_chain(corners, sorted.iter());
         add_chain(corners, sorted.iter().rev());
+        self.edges.clear();
+        let next = self.corners.iter().skip(1).chain(self.corners.first());
+        self.edges.extend(self.corners.iter().zip(next).map(|(u, v)| (*u, *v - *u)));
         self.low = self.corners.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
         self.high = self.corners.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
     }
@@ -35,22 +40,26 @@ impl Hull {
     }
 
     /// Whether a point lies inside, not on an edge.
+    #[inline]
     pub(super) fn holds(&self, p: DVec2) -> bool {
         p.cmpgt(self.low).all()
             && p.cmplt(self.high).all()
-            && self
-                .edges()
-                .all(|(u, v)| (v - u).perp_dot(p - u) > ROUNDING * (v - u).length() * p.distance(u))
+            && self.edges.iter().all(|(u, along)| is_left(*along, p - *u))
     }
 
     /// The part of a segment that lies in it, as shares of the segment's length.
+    #[inline]
     pub(super) fn clip(&self, p: DVec2, q: DVec2) -> Option<(f64, f64)> {
         if !(p.max(q).cmpge(self.low).all() && p.min(q).cmple(self.high).all()) {
             return None;
         }
+        self.clip_near(p, q)
+    }
+
+    fn clip_near(&self, p: DVec2, q: DVec2) -> Option<(f64, f64)> {
         let (mut from, mut to) = (0.0_f64, 1.0_f64);
-        for (u, v) in self.edges() {
-            let (at_p, at_q) = ((v - u).perp_dot(p - u), (v - u).perp_dot(q - u));
+        for &(u, along) in &self.edges {
+            let (at_p, at_q) = (along.perp_dot(p - u), along.perp_dot(q - u));
             if at_p < 0.0 && at_q < 0.0 {
                 return None;
             }
@@ -64,16 +73,18 @@ impl Hull {
     }
 
     /// Whether some of it lies to the right of the line from `p` to `q`.
+    #[inline]
     pub(super) fn reaches_right(&self, p: DVec2, q: DVec2) -> bool {
-        let along = q - p;
-        let least = -ROUNDING * along.length();
-        self.corners.iter().any(|c| along.perp_dot(*c - p) < least * c.distance(p))
+        let back = p - q;
+        self.corners.iter().any(|c| is_left(back, *c - p))
     }
+}
 
-    fn edges(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
-        let next = self.corners.iter().cycle().skip(1);
-        self.corners.iter().zip(next).map(|(u, v)| (*u, *v))
-    }
+/// Whether `to` points to the left of `along`, by more than rounding.
+#[inline]
+fn is_left(along: DVec2, to: DVec2) -> bool {
+    let cross = along.perp_dot(to);
+    cross > 0.0 && cross * cross > ROUNDING * ROUNDING * along.length_squared() * to.length_squared()
 }
 
 /// Adds one side of a hull, from the first point to the last one, which begins the other side.
