@@ -181,8 +181,11 @@ fn another_file_is_opened_from_the_list_by_drop_or_not_at_all() {
     assert!(saved(&viewer, folder.path()) != other);
 
     // Escape closes the list first.
+    let before = viewer.picture().count(|rgb| *rgb == PANEL);
     viewer.press(u32::from('o'));
+    viewer.see("the list", |picture| picture.count(|rgb| *rgb == PANEL) > before + 10_000);
     viewer.press(ESCAPE);
+    viewer.see("no list", |picture| picture.count(|rgb| *rgb == PANEL) < before + 5_000);
     saved(&viewer, folder.path());
     viewer.runs("Escape with a list");
     viewer.key(CONTROL, true);

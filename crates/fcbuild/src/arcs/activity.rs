@@ -1,6 +1,6 @@
 //! One record per vertex that says when it is drawn.
 
-use super::corners::Registration;
+use super::corners::{BOUND_ONLY, Registration};
 use super::curves::CurveRecord;
 use crate::bounds::NodeBounds;
 use crate::clusters::PackedClusters;
@@ -59,14 +59,16 @@ pub(crate) fn gather(asking: &Asking<'_>) -> Vec<Activity> {
     records.par_chunks_mut(share).enumerate().for_each(|(i, records)| {
         let mut spheres = clusters.spheres();
         let mut last = (0, spheres.of_node(0));
-        let mut add = |vertex: u32, node: u32| {
+        let mut add = |vertex: u32, by: u32| {
+            let node = by & !BOUND_ONLY;
             let place = (vertex as usize).checked_sub(i * share);
             if let Some(record) = place.and_then(|place| records.get_mut(place)) {
                 if last.0 != node {
                     last = (node, spheres.of_node(node));
                 }
                 let bounds = &nodes[node as usize];
-                record.add(bounds.bound, bounds.budget, &last.1);
+                let budget = if by == node { bounds.budget } else { 0.0 };
+                record.add(bounds.bound, budget, &last.1);
             }
         };
         for r in registrations.iter().flatten() {
