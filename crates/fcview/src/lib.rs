@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The cut depends on the view and the tolerance alone; each culling method only leaves out what does not show, so
-//! that at one tolerance the picture is the same with a method on or off, pixel for pixel (folded triangles aside
-//! for the cone test, which are counted).
+//! that at one tolerance the picture is the same with a method on or off, pixel for pixel; the cone test
+//! alone also leaves out the few triangles that face the eye though no face of their cluster does.
 //!
 //! The library prints nothing and needs no display; the window is behind the feature `window`.
 //!
