@@ -29,7 +29,7 @@ const HALLEY_STEPS: usize = 3;
 
 /// The smallest eigenvalue of a positive semidefinite matrix and a unit vector that belongs to it, of either sign.
 ///
-/// As exact as the matrix, about: the vector is off by at most [`TOLERANCE`], unless the next eigenvalue is so near
+/// As exact as the matrix, about: the vector is off by at most 3e-8, unless the next eigenvalue is so near
 /// that directions between the two are as good.
 #[must_use]
 pub fn smallest_eigenpair(m: &SymMat3) -> (f64, DVec3) {
