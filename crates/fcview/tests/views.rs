@@ -4,6 +4,9 @@
 //! Frustum and occlusion culling change no pixel. Cones may change pixels in which a triangle shows that faces the eye though
 //! no face of its cluster does, and, rarely, one in which a face is seen edge-on: the rasteriser rounds corners to its grid.
 //! Such pixels are few, fewer the finer the cut, and counted.
+//!
+//! A software driver was seen to draw the same triangles otherwise, in one pixel of millions, when they came in other
+//! batches, without any culling at all. Such a pixel of a culled picture must be one that some unculled picture has too.
 #![allow(clippy::print_stdout, reason = "the counts are part of the promise")]
 
 mod model;
@@ -13,7 +16,7 @@ use fcbuild::mesh::Weld;
 use fcbuild::{BuildOptions, SplitMode};
 use fcview::options::FrameOptions;
 use fcview::random::Random;
-use fcview::{Camera, Detail, Model, Occlusion, Renderer, Scene};
+use fcview::{Camera, Detail, Image, Model, Occlusion, Renderer, Scene};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -68,11 +71,34 @@ fn random_detail(random: &mut Random, scene: &Scene) -> Detail {
     }
 }
 
+/// Whether each pixel in which two pictures differ is, in the second, as some drawing of the whole selection in other
+/// batches has it.
+fn drawn_otherwise(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    camera: &Camera,
+    nothing: &FrameOptions,
+    expected: &Image,
+    got: &Image,
+) -> bool {
+    let pixel = |image: &Image, k: usize| {
+        let depth = image.depth.as_ref().map(|depth| depth[k].to_bits());
+        (image.rgba.as_chunks::<4>().0[k], depth)
+    };
+    let count = got.rgba.len() / 4;
+    let mut left: Vec<usize> = (0..count).filter(|k| pixel(expected, *k) != pixel(got, *k)).collect();
+    for queries in [50, 300, 2_000, 5_000, 20_000] {
+        let (whole, _) = renderer.render(scene, camera, &FrameOptions { queries, ..*nothing }).unwrap();
+        left.retain(|k| pixel(&whole, *k) != pixel(got, *k));
+    }
+    left.is_empty()
+}
+
 /// Looks at a scene from so many places; returns the numbers of views, and of pixels that the cone test changed.
 fn look(name: &str, scene: &Scene, views: u32, size: [u32; 2], seed: u64) -> (u32, usize) {
     let mut renderer = Renderer::new(model::gpu(), scene).unwrap();
     let mut random = Random::new(seed);
-    let (mut all, mut some, mut changed, mut worst) = (0, 0, 0, 0);
+    let (mut all, mut some, mut changed, mut worst, mut otherwise) = (0, 0, 0, 0, 0);
     for view in 0..views {
         let camera = random_camera(&mut random, scene);
         let detail = random_detail(&mut random, scene);
@@ -92,7 +118,10 @@ fn look(name: &str, scene: &Scene, views: u32, size: [u32; 2], seed: u64) -> (u3
         let (expected, many) = renderer.render(scene, &camera, &nothing).unwrap();
         let (got, few) = renderer.render(scene, &camera, &culled).unwrap();
         let differing = expected.differing_pixels(&got);
-        if differing != Some(0) || expected.depth != got.depth {
+        let same = differing == Some(0) && expected.depth == got.depth;
+        if !same && drawn_otherwise(&mut renderer, scene, &camera, &nothing, &expected, &got) {
+            otherwise += differing.unwrap_or(0);
+        } else if !same {
             let folder = std::env::temp_dir();
             let _ = expected.write_png(&folder.join("fcview-expected.png"));
             let _ = got.write_png(&folder.join("fcview-got.png"));
@@ -112,8 +141,9 @@ fn look(name: &str, scene: &Scene, views: u32, size: [u32; 2], seed: u64) -> (u3
         some += few.counts.triangles_drawn;
     }
     println!(
-        "{name}: {views} views, 0 pixels differ; {some} of {all} triangles drawn; cones changed {changed} pixels, at most {worst} in a view"
+        "{name}: {views} views, 0 pixels differ, {otherwise} are the driver's; {some} of {all} triangles drawn; cones changed {changed} pixels, at most {worst} in a view"
     );
+    assert!(otherwise <= 1 + views as usize / 20, "{name}: the driver draws {otherwise} pixels otherwise");
     // Half of the views try the cones. Seen from near, a coarse cut shows its errors, and its turned triangles with them.
     let seen = views as usize / 2 * (size[0] * size[1]) as usize;
     assert!(changed * 500 <= seen, "{name}: cones change {changed} of about {seen} pixels");
