@@ -31,8 +31,8 @@ pub struct Selection {
     pub displaced: bool,
     /// Leaves out clusters whose spheres lie outside; never changes a pixel of the image.
     pub frustum: Option<Frustum>,
-    /// Leaves out clusters all of whose faces turn their back on this eye; changes no pixel but those of folded
-    /// triangles.
+    /// Leaves out clusters all of whose faces turn their back on this eye; changes no pixel but those of the few triangles
+    /// that face the eye though no face of their cluster does.
     pub backface_eye: Option<DVec3>,
     /// What is refined and drawn beyond that; found by [`crate::fit`] and [`crate::by_epsilon`].
     pub extra: Extra,
