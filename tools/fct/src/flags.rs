@@ -40,8 +40,9 @@ Examples:
   fct export dragon.fct -o full.ply                      the input's faces
   fct export dragon.fct -o near.ply --error 0.0005       an error of at most 0.0005
   fct export dragon.fct -o small.obj --triangles 5000    at most 5,000 triangles
-  fct export dragon.fct -o lod_{n}.glb --triangles 50000,10000,2000
-                                                         lod_50000.glb, lod_10000.glb, lod_2000.glb
+  fct export dragon.fct -o lod_#.glb --triangles 50000,10000,2000
+                                                         with an n in braces for #: lod_50000.glb,
+                                                         lod_10000.glb, lod_2000.glb
   fct export dragon.fct -o coarse.ply --clusters 250     at most 250 clusters
   fct export dragon.fct -o view.ply --eye 0,0.1,0.6 --pixels 1 --fov 40 --height 1080
                                                          an error of at most a pixel from there
@@ -101,8 +102,8 @@ pub(crate) struct ExportFlags {
     /// A tree made by fcbuild
     #[arg(value_name = "FILE.fct")]
     file: PathBuf,
-    /// The mesh to write: binary PLY, OBJ or binary glTF, by the extension; {n} in the name is the number of triangles
-    /// or clusters asked for
+    /// The mesh to write: binary PLY, OBJ or binary glTF, by the extension; an n in braces in the name is the number of
+    /// triangles or clusters asked for
     #[arg(short, long, value_name = "OUT.(ply|obj|glb)")]
     output: PathBuf,
     /// Replace an existing output

@@ -227,7 +227,7 @@ fn report(name: &str, adapter: &str, walks: &[Vec<Frame>], fast: &[Frame], again
     let per_triangle =
         |walk: &[Frame]| median(walk.iter().map(|frame| 1e6 * frame.milliseconds / frame.triangles));
     let mut text = format!(
-        "# A walk through {COPIES} copies ([Tsuji07] fig. 7, 8, 13, 14 and 15, and 6.3)\n\n\
+        "# A walk through {COPIES} copies ([Tsuji07] fig. 7, 13, 14 and 15, and 6.3)\n\n\
          `fcview --instances {COPIES} --camera fly` at one pixel, 1280x720, one sample a pixel, {FRAMES} frames, the first left out, drawn by {adapter} on {} with {} threads.\n\
          The times are this machine's, and other programs may have run beside; every frame is in [a table](walk.csv).\n\
          The pictures show where the walk begins.\n\n",
