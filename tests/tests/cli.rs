@@ -57,8 +57,9 @@ fn outputs_are_checked_before_the_work() {
             4,
             &["FC474", "notes.txt", "no .fct file", "left alone", "; "],
         ),
-        ("fcbuild good.ply -o quad.ply --force", 4, &["FC474", "quad.ply", "left alone"]),
-        ("fcbuild good.ply -o empty.ply --force", 4, &["FC474", "empty.ply", "left alone"]),
+        ("fcbuild good.ply -o quad.ply --force", 2, &["FC103", "quad.ply", "name of a mesh", ".fct"]),
+        ("fcbuild good.ply -o new.OBJ", 2, &["FC103", "new.OBJ", "fct export"]),
+        ("fcbuild good.ply -o empty --force", 4, &["FC474", "empty", "left alone"]),
         ("fcbuild good.ply -o x.fct --force --report quad.ply", 4, &["FC474", "quad.ply", "no report"]),
         ("fcbuild good.ply -o dir", 4, &["FC473", "dir", "a directory"]),
         (
@@ -69,6 +70,8 @@ fn outputs_are_checked_before_the_work() {
         ("fcbuild empty.ply -o no/x.fct", 4, &["FC471"]),
         ("fcbuild - -o x.fct", 2, &["FC102", "standard input"]),
         ("fct export good.fct -o good.ply", 4, &["FC472", "good.ply", "--force"]),
+        ("fct export good.fct -o good.ply --force", 4, &["FC474", "good.ply", "left alone"]),
+        ("fct export good.fct -o empty.ply --force", 4, &["FC474", "empty.ply", "left alone"]),
         (
             "fct export good.fct -o no/x.ply",
             4,

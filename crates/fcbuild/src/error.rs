@@ -7,6 +7,7 @@
 //! |-------|------|---------|
 //! | FC101 | 2 | an output is an input, or two outputs are one file (command) |
 //! | FC102 | 2 | standard input or output in place of a file (command) |
+//! | FC103 | 2 | a tree is to be written under the name of a mesh (command) |
 //! | FC200 | 3 | the input file is empty |
 //! | FC201 | 3 | the content is no mesh format that can be read (gzip, .fct, text of another kind) |
 //! | FC202 | 3 | a header or a file's framing is malformed |

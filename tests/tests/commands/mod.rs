@@ -89,6 +89,7 @@ pub(crate) fn folder() -> TempDir {
     let good = ply(&SQUARE, &["3 0 1 2", "3 0 2 3"]);
     write("good.ply", good.as_bytes());
     write("empty.ply", b"");
+    write("empty", b"");
     write("cut.ply", &good.as_bytes()[..good.len() - 6]);
     write("nan.ply", ply(&["0 0 0", "1 0 0", "1 1 0", "nan 1 0"], &["3 0 1 2", "3 0 2 3"]).as_bytes());
     write("allnan.ply", ply(&["0 0 0", "nan 0 0", "1 1 0"], &["3 0 1 2"]).as_bytes());

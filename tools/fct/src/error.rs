@@ -13,6 +13,7 @@
 //! | FC471 | 4 | the tree cannot be read |
 //! | FC472 | 4 | the output exists |
 //! | FC473 | 4 | a path names no regular file |
+//! | FC474 | 4 | the file to be replaced is no mesh that fct has written |
 //! | FC507 | 5 | a thread cannot be started |
 //! | FC511 | 5 | not even the coarsest mesh is within the budget |
 //! | FC512 | 5 | the mesh is too large for 32-bit indices |
@@ -43,6 +44,12 @@ pub(crate) enum Error {
     /// The output is there already.
     #[error("{}: the file exists; give --force to replace it", path.display())]
     Exists {
+        /// The output.
+        path: PathBuf,
+    },
+    /// The output is there, may be replaced, and is something else than what this program has written.
+    #[error("{}: the file was not written by fct and is left alone; give the output another name", path.display())]
+    NotAnExport {
         /// The output.
         path: PathBuf,
     },
@@ -124,7 +131,11 @@ impl Error {
             Error::Bug => 1,
             Error::Usage(_) | Error::Same { .. } | Error::Empty => 2,
             Error::Extract(fcextract::Error::Selection(_)) => 2,
-            Error::Exists { .. } | Error::NotAFile { .. } | Error::Write { .. } | Error::Stdout(_) => 4,
+            Error::Exists { .. }
+            | Error::NotAnExport { .. }
+            | Error::NotAFile { .. }
+            | Error::Write { .. }
+            | Error::Stdout(_) => 4,
             Error::Place(error) => error.exit_code(),
             Error::Budget { .. } | Error::Extract(_) | Error::Thread(_) => 5,
             Error::Interrupted { exit } => *exit,
@@ -143,6 +154,7 @@ impl Error {
             Error::Stdout(_) => "FC413",
             Error::Exists { .. } => "FC472",
             Error::NotAFile { .. } => "FC473",
+            Error::NotAnExport { .. } => "FC474",
             Error::Thread(_) => "FC507",
             Error::Budget { .. } => "FC511",
             Error::Extract(_) => "FC512",

@@ -106,7 +106,7 @@ pub(crate) struct ExportFlags {
     /// triangles or clusters asked for
     #[arg(short, long, value_name = "OUT.(ply|obj|glb)")]
     output: PathBuf,
-    /// Replace an existing output
+    /// Replace existing outputs, if they are meshes that fct has written
     #[arg(long)]
     force: bool,
     /// No point of the surface is farther than this from the mesh: the flag for a tight guarantee

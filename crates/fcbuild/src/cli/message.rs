@@ -7,6 +7,7 @@
 //! |------|------|---------|
 //! | FC101 | 2 | an output is an input, or two outputs are one file |
 //! | FC102 | 2 | standard input or output in place of a file |
+//! | FC103 | 2 | a tree is to be written under the name of a mesh |
 //! | FC213 | 3 | `--strict` refuses what would be repaired |
 //! | FC291 | 0 | warning: welded vertices had different colours |
 //! | FC293 | 0 | warning: the faces look inwards |

@@ -8,6 +8,9 @@ use std::fs;
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
+/// How the files end that this program reads.
+const MESHES: [&str; 5] = ["ply", "obj", "stl", "gltf", "glb"];
+
 /// The outputs as temporaries beside their final places. Dropping them leaves nothing behind.
 pub(crate) struct Outputs {
     /// The tree.
@@ -20,7 +23,7 @@ impl Outputs {
     /// Checks the places and makes the temporaries.
     ///
     /// # Errors
-    /// Usage when an output is an input, or both outputs are one; I/O when an output exists and may not be
+    /// Usage when an output is an input, when both outputs are one, or when the tree has the name of a mesh; I/O when an output exists and may not be
     /// replaced, is something else than what would replace it or no regular file, or its folder cannot be written.
     pub(crate) fn prepare(settings: &Settings) -> Result<Outputs, Error> {
         let outputs = std::iter::once(&settings.output).chain(&settings.report);
@@ -34,6 +37,7 @@ impl Outputs {
             }
             check_kind(output)?;
         }
+        check_name(&settings.output)?;
         if settings.report.as_ref().is_some_and(|report| same_place(report, &settings.output)) {
             return Err(Error::new(ErrorKind::Usage, "FC101", "the report and the tree are one file")
                 .in_file(&settings.output)
@@ -139,6 +143,21 @@ fn check_kind(output: &Path) -> Result<(), Error> {
         }
         _ => Ok(()),
     }
+}
+
+/// A tree under the name of a mesh would pass for one: it is a slip for a second input, or for an export.
+fn check_name(output: &Path) -> Result<(), Error> {
+    let suffix = output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    if !MESHES.contains(&suffix.as_str()) {
+        return Ok(());
+    }
+    Err(Error::new(
+        ErrorKind::Usage,
+        "FC103",
+        format!("what is written is a tree, and .{suffix} is the name of a mesh"),
+    )
+    .in_file(output)
+    .remedy("give it a name that ends in .fct; `fct export` writes meshes"))
 }
 
 /// Whether two paths lead to one file, however they are spelled.
