@@ -196,6 +196,18 @@ impl Scene {
         points
     }
 
+    /// Whether a camera that shows the other scene well shows this one too: neither is twice as large as the other, and
+    /// their middles are no farther apart than the other is large.
+    pub fn fills_the_view_of(&self, other: &Scene) -> bool {
+        let [(middle, size), (other_middle, other_size)] = [self, other].map(|scene| {
+            let points = scene.extremes();
+            let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+            let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+            (low.midpoint(high), low.distance(high))
+        });
+        size <= 2.0 * other_size && other_size <= 2.0 * size && middle.distance(other_middle) <= other_size
+    }
+
     /// The distance at which the near plane may stand for an eye: before everything, but never so near that an
     /// eye inside a model sees depth without precision.
     pub fn near(&self, eye: DVec3) -> f64 {

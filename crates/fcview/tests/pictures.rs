@@ -87,6 +87,39 @@ fn a_copy_is_seen_where_it_stands_whatever_its_scale() {
     assert_eq!(image.differing_pixels(&scaled), Some(0));
 }
 
+/// Squares of tiny lengths are zero in single precision.
+#[test]
+fn a_tiny_model_is_shaded_as_a_large_one() {
+    let model = model::torus(48, 24);
+    let [large, tiny] = [1.0, f64::from(2.0_f32.powi(-50))].map(|scale| {
+        let mut scene = alone(model.clone());
+        scene.instances[0].scale *= scale;
+        scene.instances[0].translation *= scale;
+        let camera = Orbit::around(&scene.extremes(), 0.7, 1.3).camera();
+        let options = FrameOptions { depth: false, ..options() };
+        fcview::render(&scene, &camera, &options).unwrap().0
+    });
+    let differing = large.differing_pixels(&tiny).unwrap();
+    assert!(differing < 160 * 120 / 20, "{differing} pixels differ");
+}
+
+#[test]
+fn a_scene_of_another_size_or_place_needs_another_view() {
+    let model = model::torus(24, 12);
+    let scene = |scale: f64, x: f64| {
+        let mut scene = alone(model.clone());
+        scene.instances =
+            vec![Instance { scale, translation: DVec3::new(x, 0.0, 0.0), ..Instance::unmoved(0) }];
+        scene
+    };
+    let usual = scene(1.0, 0.0);
+    for (size, x, fits) in
+        [(1.0, 0.0, true), (1.5, 0.1, true), (1000.0, 0.0, false), (0.001, 0.0, false), (1.0, 9.0, false)]
+    {
+        assert_eq!(scene(size, x).fills_the_view_of(&usual), fits, "{size} {x}");
+    }
+}
+
 #[test]
 fn an_empty_scene_is_background() {
     let scene = Scene::placed(vec![model::torus(8, 8)], 0, 1);

@@ -28,7 +28,7 @@ fn vertex(instance: Instance, vertex: Vertex) -> Varying {
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4<f32> {
     let toward_eye = unit(in.toward_eye);
-    var normal = unit(cross(dpdx(in.toward_eye), dpdy(in.toward_eye)));
+    var normal = unit(cross(unit(dpdx(in.toward_eye)), unit(dpdy(in.toward_eye))));
     if dot(normal, toward_eye) < 0.0 {
         normal = -normal;
     }

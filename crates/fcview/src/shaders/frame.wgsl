@@ -38,9 +38,11 @@ fn eye_direction(instance: Instance, direction: vec3<f32>) -> vec3<f32> {
 
 // Unit vector, or +z where there is none: a zero normal must not become NaN.
 fn unit(v: vec3<f32>) -> vec3<f32> {
-    let squared = dot(v, v);
-    if squared > 0.0 {
-        return v * inverseSqrt(squared);
+    // The square of a tiny vector would be zero.
+    let largest = max(abs(v.x), max(abs(v.y), abs(v.z)));
+    if largest > 0.0 {
+        let scaled = v / largest;
+        return scaled * inverseSqrt(dot(scaled, scaled));
     }
     return vec3<f32>(0.0, 0.0, 1.0);
 }

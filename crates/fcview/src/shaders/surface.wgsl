@@ -54,7 +54,7 @@ const SLIVER: f32 = 0.26;
 
 // The normal of the triangle's plane, toward the eye.
 fn flat_normal(toward_eye: vec3<f32>) -> vec3<f32> {
-    let normal = unit(cross(dpdx(toward_eye), dpdy(toward_eye)));
+    let normal = unit(cross(unit(dpdx(toward_eye)), unit(dpdy(toward_eye))));
     return select(normal, -normal, dot(normal, toward_eye) < 0.0);
 }
 

@@ -311,7 +311,7 @@ impl<'a> App<'a> {
         width / height.max(1.0)
     }
 
-    /// Shows other files, or the same ones anew with the camera where it is. What is shown stays if they cannot be.
+    /// Shows other files, or the same ones anew with the camera where it is, unless their size or place is another. What is shown stays if they cannot be.
     fn load(&mut self, files: Vec<PathBuf>, same: bool) -> Result<(), String> {
         let cli = Cli { files, ..self.cli.clone() };
         let loaded = open_scene(&cli).and_then(|scene| {
@@ -324,6 +324,7 @@ impl<'a> App<'a> {
         let scene = loaded.map_err(|error| error.to_string()).inspect_err(|error| {
             self.panel.message.clone_from(error);
         })?;
+        let same = same && scene.fills_the_view_of(&self.scene);
         self.scene = scene;
         self.cli = cli;
         self.panel.faces = self.scene.face_count();

@@ -166,7 +166,7 @@ impl Panel {
                 ui.spacing_mut().item_spacing.y = 4.0;
                 self.summary(ui);
                 if !self.message.is_empty() {
-                    ui.label(RichText::new(&self.message).small());
+                    ui.label(RichText::new(&self.message).strong());
                 }
                 ui.separator();
                 camera(ui, navigation, recording, &mut wishes);
