@@ -133,7 +133,7 @@ fn usage_errors_and_limits_have_their_codes() {
         ("fcbuild good.ply -o x.fct --max-memory -3", "a size above 0"),
         ("fct export good.fct -o x.ply --triangles 0", "a number of triangles, 1 or more"),
         ("fct export good.fct -o x.ply --clusters -7", "a number of clusters, 1 or more"),
-        ("fct export good.fct -o x.ply --error -1", "a distance, 0 or more"),
+        ("fct export good.fct -o x.ply --error -1", "a distance, 0 or more, or a percentage"),
         ("fct export good.fct -o x.ply --eye -1,0", "three numbers"),
         ("fct export good.fct -o x.ply --epsilon -1", "a number, 0 or more"),
         ("fct export good.fct -o x.ply --error 1 --region 0,0,0=1", "a place, a radius and an error"),
@@ -346,6 +346,37 @@ fn several_files_become_groups_of_one_tree() {
     }
 }
 
+/// A mesh that looks inwards is told, and `--flip` turns it over, normals and all.
+#[test]
+fn faces_that_look_inwards_are_turned_over() {
+    let folder = folder();
+    let tetrahedron = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
+    let inwards = ply(&tetrahedron, &["3 0 1 2", "3 0 3 1", "3 1 3 2", "3 2 3 0"]);
+    fs::write(folder.path().join("in.ply"), inwards).expect("writable");
+    let said = accept(folder.path(), "fcbuild in.ply -o in.fct");
+    assert!(said.err.contains("FC293") && said.err.contains("--flip"), "{}", said.err);
+    let said = accept(folder.path(), "fcbuild in.ply -o out.fct --flip --strict --report r.json");
+    assert!(said.err.is_empty(), "{}", said.err);
+    let report = fs::read_to_string(folder.path().join("r.json")).expect("a report");
+    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+    assert_eq!(report["settings"]["flip"], true);
+    let generators = ["in.fct", "out.fct"].map(|file| info(folder.path(), file)["generator"].to_string());
+    assert!(generators[1].contains("--flip") && !generators[0].contains("--flip"), "{generators:?}");
+    accept(folder.path(), "fct export out.fct -o out.obj");
+    let said = accept(folder.path(), "fcbuild out.obj -o again.fct --strict");
+    assert!(said.err.is_empty(), "{}", said.err);
+    // Normals are turned with the faces.
+    let obj = fs::read_to_string(folder.path().join("out.obj")).expect("readable");
+    let rows = |key: &str| -> Vec<Vec<f64>> {
+        let numbers = |l: &str| l.split(' ').map(|x| x.parse().expect("a number")).collect();
+        obj.lines().filter_map(|l| l.strip_prefix(key)).map(numbers).collect()
+    };
+    for (place, normal) in rows("v ").iter().zip(rows("vn ")) {
+        let outwards: f64 = place.iter().zip(&normal).map(|(x, n)| (x - 0.25) * n).sum();
+        assert!(outwards > 0.0, "{obj}");
+    }
+}
+
 #[test]
 fn coordinates_far_from_the_origin_come_back() {
     let folder = folder();
@@ -376,6 +407,21 @@ fn help_and_version_go_to_standard_output() {
         let said = accept(here, line);
         assert!(said.out.contains("Examples:") && said.out.contains("Exit codes:"), "{line}: {}", said.out);
         assert!(said.err.is_empty());
+    }
+    // Names with a number stand there as they can be typed; no line is so long that it breaks in the middle.
+    for (line, name) in [("fct export --help", "'lod_{n}.glb'"), ("fcview --help", "'f{n}.png'")] {
+        let out = accept(here, line).out;
+        assert!(out.contains(&format!(" {name}")) && !out.contains("{#}"), "{line}: {out}");
+    }
+    for line in ["fcbuild --help", "fct --help", "fct export --help", "fct verify --help", "fcview --help"] {
+        let out = accept(here, line).out;
+        let (_, tail) = out.split_once("Examples:").expect("examples");
+        for text in tail.lines() {
+            assert!(text.chars().count() <= 100 && !text.ends_with([' ', '{']), "{line}: {text}");
+        }
+        for code in ["129", "130", "143"] {
+            assert!(tail.contains(code), "{line}: {code}");
+        }
     }
     assert!(accept(here, "fcbuild --version").out.starts_with("fcbuild "));
     assert!(accept(here, "fct --version").out.starts_with("fct "));
@@ -411,6 +457,55 @@ fn a_signal_stops_the_build_and_leaves_nothing() {
     assert_eq!(names(folder.path()), Vec::<String>::new());
 }
 
+/// A terminal that goes away ends the build in the same way, but not one that `nohup` protects.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_that_goes_away_stops_the_build_unless_it_is_told_not_to() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let status = fs::read_to_string("/proc/self/status").expect("a kernel");
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).expect("a mask");
+    let ignored = u64::from_str_radix(ignored.trim(), 16).expect("a mask") & 1 == 1;
+    let inputs = vec![sample("sculpture.ply"); 16];
+    let words = ["-o", "x.fct", "--threads", "1"];
+    // Where these tests run under `nohup`, the build does too.
+    if !ignored {
+        let mut command = Command::new(binary("fcbuild"));
+        command.args(&inputs).args(words).current_dir(folder.path());
+        assert_eq!(stopped(command, folder.path(), "HUP"), 129);
+        assert_eq!(names(folder.path()), Vec::<String>::new());
+    }
+    let mut command = Command::new("nohup");
+    command.arg(binary("fcbuild")).args(&inputs[..2]).args(words).current_dir(folder.path());
+    let done = signalled(command, folder.path(), "HUP");
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    assert_eq!(names(folder.path()), ["x.fct"]);
+}
+
+/// A verification has nothing to leave, and says what ended it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_stops_a_verification_with_a_message() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let inputs = ["sculpture.ply", "terrain.ply", "parts.ply"].map(|name| sample(name).display().to_string());
+    accept(folder.path(), &format!("fcbuild {} -o a.fct", inputs.join(" ")));
+    let mut command = Command::new("nice");
+    command.args(["-n", "19"]).arg(binary("fct")).args(["verify", "a.fct"]).current_dir(folder.path());
+    let mut child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the command starts");
+    // A signal before the program listens would end it without a word.
+    let listens = |process: u32| {
+        let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        caught.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask & 2 != 0))
+    };
+    while !listens(child.id()) {
+        assert!(child.try_wait().expect("ours").is_none(), "it ends before it listens");
+    }
+    send(child.id(), "INT");
+    let done = child.wait_with_output().expect("the command ends");
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.code() == Some(130) && said.starts_with("error[FC902]"), "{:?} {said}", done.status);
+}
+
 /// The same during an export, and for termination.
 #[cfg(unix)]
 #[test]
@@ -427,7 +522,16 @@ fn a_signal_stops_an_export_and_leaves_nothing() {
 
 /// Starts `command`, sends it the signal once its temporary is there, and gives its exit code.
 #[cfg(unix)]
-fn stopped(mut command: Command, folder: &Path, signal: &str) -> i32 {
+fn stopped(command: Command, folder: &Path, signal: &str) -> i32 {
+    let done = signalled(command, folder, signal);
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert!(said.contains("FC902") && said.lines().count() == 1, "{said}");
+    done.status.code().unwrap_or(-1)
+}
+
+/// Starts `command`, sends it the signal once its temporary is there, and waits for its end.
+#[cfg(unix)]
+fn signalled(mut command: Command, folder: &Path, signal: &str) -> std::process::Output {
     use std::time::{Duration, Instant};
     let before = names(folder).len();
     let child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the command starts");
@@ -436,10 +540,12 @@ fn stopped(mut command: Command, folder: &Path, signal: &str) -> i32 {
         assert!(start.elapsed() < Duration::from_secs(20), "no temporary appears");
         std::thread::sleep(Duration::from_millis(1));
     }
-    let sent = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status();
+    send(child.id(), signal);
+    child.wait_with_output().expect("the command ends")
+}
+
+#[cfg(unix)]
+fn send(process: u32, signal: &str) {
+    let sent = Command::new("sh").args(["-c", &format!("kill -{signal} {process}")]).status();
     assert!(sent.is_ok_and(|s| s.success()), "the signal is sent");
-    let done = child.wait_with_output().expect("the command ends");
-    let said = String::from_utf8_lossy(&done.stderr);
-    assert!(said.contains("FC902") && said.lines().count() == 1, "{said}");
-    done.status.code().unwrap_or(-1)
 }

@@ -156,6 +156,11 @@ impl Prepared {
         Ok(Prepared { mesh, components, clock, faces_in })
     }
 
+    /// Whether the faces enclose a volume and look into it; [`Soup::flip`] turns them over.
+    pub fn looks_inwards(&self) -> bool {
+        self.mesh.tally.warnings.iter().any(|warning| warning.code == "FC293")
+    }
+
     /// How much there is to build.
     pub fn extent(&self) -> Extent {
         Extent {

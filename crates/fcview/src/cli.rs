@@ -17,14 +17,19 @@ Examples:
   Measure a flight through twenty copies:
     fcview dragon.fct --headless --instances 20 --camera fly --frames 60 --stats stats.json
   Pictures along a path recorded in the window with R:
-    fcview dragon.fct --headless --camera fcview-path-0.json --frames 250 --screenshot 'f{n}.png'
+    fcview dragon.fct --headless --camera fcview-path-0.json --frames 250 --screenshot 'f{#}.png'
 
-In the window: drag to turn, drag with Shift or the right button to pan, wheel to zoom, W A S D Q E to fly,
-F to see everything, Space to freeze the cut, P to save a picture, R to record a path, O to open a file or drop one,
-Esc to quit. The panel lists all keys.
-WGPU_BACKEND (vulkan, gl, metal, dx12) and WGPU_ADAPTER_NAME choose the graphics adapter.
-Exit codes: 0 done, 1 our bug, 2 usage, 3 bad path of a camera, 4 input or output, 5 a limit, 6 no GPU or display,
-7 invalid .fct.";
+In the window: drag to turn, drag with Shift or the right button to pan,
+wheel to zoom, W A S D Q E to fly, F to see everything, Space to freeze the cut,
+P to save a picture, R to record a path, O to open a file or drop one, Esc to
+quit. The panel lists all keys.
+
+WGPU_BACKEND (vulkan, gl, metal, dx12) and WGPU_ADAPTER_NAME choose the graphics
+adapter.
+
+Exit codes: 0 done, 1 our bug, 2 usage, 3 bad path of a camera, 4 input or
+output, 5 a limit, 6 no GPU or display, 7 invalid .fct, 129, 130 or 143 stopped
+by a signal.";
 
 /// Draws .fct files: level of detail by an error in pixels, culling of what does not show.
 #[derive(Clone, Debug, Parser)]
@@ -94,8 +99,8 @@ pub struct Cli {
     /// Draw only the nearest part, which is drawn first and hides the rest
     #[arg(long, requires = "headless")]
     pub only_occluders: bool,
-    /// Write a PNG picture of the last frame, or of each frame, if the name holds an n in braces for its
-    /// number; existing pictures are replaced
+    /// Write a PNG picture of the last frame, or of each frame, if the name holds {#} for its number, padded with
+    /// zeros; existing pictures are replaced
     #[arg(long, value_name = "OUT.png", requires = "headless")]
     pub screenshot: Option<PathBuf>,
     /// Write counts and times of all frames; an existing file is replaced
@@ -143,6 +148,13 @@ pub enum CameraFlag {
     Fly,
     /// Along a recorded path.
     Path(PathBuf),
+}
+
+/// The text of a usage error, or of help and version.
+///
+/// The library takes the placeholder of names for the end of a line, so that help has another sign in its place.
+pub fn said(error: &clap::Error) -> String {
+    error.render().to_string().replace("{#}", "{n}")
 }
 
 impl Cli {

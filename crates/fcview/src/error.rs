@@ -19,9 +19,9 @@ pub enum Error {
     },
     /// `WGPU_BACKEND` allows only backends on which no adapter answers.
     #[error(
-        "no graphics adapter found: WGPU_BACKEND is `{wanted}` and allows only: {backends}; unset it to try all that \
-         this program was built with ({built}), or install a driver: on Debian and Ubuntu \
-         `apt-get install mesa-vulkan-drivers libvulkan1`"
+        "no graphics adapter found: WGPU_BACKEND is `{wanted}`, {}; unset it to try all that this program was built \
+         with ({built}), or install a driver: on Debian and Ubuntu `apt-get install mesa-vulkan-drivers libvulkan1`",
+        allowed(backends, built)
     )]
     NoAdapterOnBackend {
         /// What the variable says.
@@ -168,6 +168,19 @@ pub enum Error {
         /// The system's words.
         source: std::io::Error,
     },
+    /// No file can be made in the folder of an output.
+    #[error(transparent)]
+    Place(fct::Error),
+    /// A signal asked the program to stop.
+    #[error("stopped by a signal after {frames} of {of} frames; pictures that were written stay")]
+    Interrupted {
+        /// 128 + the signal's number, as shells have it.
+        exit: u8,
+        /// Frames that were drawn.
+        frames: u32,
+        /// Frames asked for.
+        of: u32,
+    },
     /// The output is a directory, a pipe or a device.
     #[error("{}: the output is no regular file; give the path of a file", path.display())]
     NotAFile {
@@ -175,7 +188,7 @@ pub enum Error {
         path: PathBuf,
     },
     /// A file could not be written.
-    #[error("{}: cannot write: {source}", path.display())]
+    #[error("{}: cannot write: {source}; choose a folder with room that you can write to", path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -208,6 +221,14 @@ fn cut_refused(model: &str, source: &fcextract::Error) -> String {
     match source {
         fcextract::Error::Tree(error) => error.to_string(),
         other => format!("{model}: {other}"),
+    }
+}
+
+/// What `WGPU_BACKEND` allows, where it names a backend of this program.
+fn allowed(backends: &str, built: &str) -> String {
+    match backends {
+        "none" => format!("which is none of this program's backends; give one of: {built}"),
+        some => format!("which allows only: {some}"),
     }
 }
 
@@ -256,7 +277,7 @@ impl Error {
     }
 
     /// The process's exit code for this error: 1 our bug, 2 usage, 3 bad input data, 4 input or output, 5 a limit,
-    /// 6 no GPU or display, 7 an invalid .fct file.
+    /// 6 no GPU or display, 7 an invalid .fct file, and that of a signal.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::NoAdapter { .. }
@@ -272,11 +293,13 @@ impl Error {
             Error::PictureSize { .. } | Error::BufferSize { .. } => 5,
             Error::Camera { .. } | Error::SameFile { .. } | Error::Output { .. } => 2,
             Error::Bug => 1,
+            Error::Interrupted { exit, .. } => *exit,
             Error::CameraPath { .. } => 3,
             Error::Read { .. }
             | Error::Write { .. }
             | Error::Png { .. }
             | Error::Folder { .. }
+            | Error::Place(_)
             | Error::NotAFile { .. } => 4,
             Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => {
                 error.exit_code()
@@ -300,7 +323,7 @@ impl Error {
             Error::Read { .. } => "FC424",
             Error::Write { .. } => "FC421",
             Error::Png { .. } => "FC422",
-            Error::Folder { .. } => "FC423",
+            Error::Folder { .. } | Error::Place(_) => "FC423",
             Error::NotAFile { .. } => "FC473",
             Error::PictureSize { .. } => "FC521",
             Error::BufferSize { .. } => "FC522",
@@ -319,6 +342,7 @@ impl Error {
             Error::NoAdapterOnBackend { .. } => "FC609",
             Error::DeviceMemory { .. } => "FC610",
             Error::Bug => "FC901",
+            Error::Interrupted { .. } => "FC902",
             Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => error.code(),
         }
     }

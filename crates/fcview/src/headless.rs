@@ -5,6 +5,7 @@ pub(crate) mod outputs;
 use crate::camera::Camera;
 use crate::camera_path::CameraPath;
 use crate::cli::{CameraFlag, Cli, ColorFlag, OcclusionFlag};
+use crate::inwards::looks_inwards;
 use crate::orbit::{Orbit, fly};
 use crate::recovery::Misfortune;
 use crate::scene::{Model, Scene};
@@ -24,6 +25,8 @@ pub struct Outcome {
     pub written: Vec<PathBuf>,
     /// Whether the adapter is a program on the CPU.
     pub software: bool,
+    /// What [`hollow_warning`] says.
+    pub hollow: Option<String>,
 }
 
 /// Opens the files of a command line and places them: where their coordinates put them, or copies at random.
@@ -43,9 +46,19 @@ pub fn open_scene(cli: &Cli) -> Result<Scene, Error> {
 /// # Errors
 /// Any [`Error`]; a lost device is rebuilt up to three times first.
 pub fn run(cli: &Cli) -> Result<Outcome, Error> {
+    run_watched(cli, &mut |_| None)
+}
+
+/// The same; `watch` is told of the number of frames that are done, before each and after the last, and may end the run
+/// with an exit code.
+///
+/// # Errors
+/// As [`run`], and [`Error::Interrupted`].
+pub fn run_watched(cli: &Cli, watch: &mut dyn FnMut(u32) -> Option<u8>) -> Result<Outcome, Error> {
     let start = Instant::now();
     outputs::check(cli)?;
     let scene = open_scene(cli)?;
+    let hollow = hollow_warning(cli, &scene);
     let way = Way::new(cli, &scene)?;
     let mut survivor = Survivor::new(&scene, gpu)?;
     let info = survivor.gpu().map(Gpu::info);
@@ -58,7 +71,12 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
     let mut frames: Vec<FrameStats> = Vec::with_capacity(cli.frames as usize);
     let mut written = Vec::new();
     let mut misfortune = Misfortune::new(cli);
+    let mut ask = |frames: u32| match watch(frames) {
+        Some(exit) => Err(Error::Interrupted { exit, frames, of: cli.frames }),
+        None => Ok(()),
+    };
     for frame in 0..cli.frames {
+        ask(frame)?;
         let camera = way.camera(frame, cli.frames, cli.speed);
         let picture = outputs::picture_name(cli, frame);
         if let Some(steering) = &steering {
@@ -81,6 +99,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
         }
     }
 
+    ask(cli.frames)?;
     let stats = RunStats {
         version: 2,
         generator: concat!("fcview ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -95,7 +114,7 @@ pub fn run(cli: &Cli) -> Result<Outcome, Error> {
         outputs::write_json(name, &stats)?;
         written.push(name.clone());
     }
-    Ok(Outcome { stats, written, software })
+    Ok(Outcome { stats, written, software, hollow })
 }
 
 /// The camera's way.
@@ -142,6 +161,16 @@ impl Way {
 /// What to tell a user whose machine has only a software adapter.
 pub fn software_warning(adapter: &str) -> String {
     format!("no graphics card; {adapter} draws on the CPU, slowly")
+}
+
+/// What to tell a user whose models show their far side alone, because their faces look inwards.
+pub fn hollow_warning(cli: &Cli, scene: &Scene) -> Option<String> {
+    let model = scene.models.iter().find(|model| !cli.two_sided && looks_inwards(model))?;
+    Some(format!(
+        "{}: the faces look inwards, so that the model looks hollow; draw it with --two-sided, or build it again with \
+         fcbuild --flip",
+        model.name
+    ))
 }
 
 /// A device without a display; where there is none, the error says whether the environment is why.

@@ -26,6 +26,7 @@ mod frame;
 mod gpu;
 pub mod headless;
 mod image;
+pub mod inwards;
 pub mod options;
 pub mod orbit;
 pub mod pick;

@@ -1,9 +1,13 @@
 //! The command `fcview`: flags in, pictures or a window out. See `fcview --help`.
 
+mod progress;
+
 use clap::Parser;
-use fcview::cli::Cli;
+use fct::Interrupt;
+use fcview::cli::{Cli, said};
 use fcview::stats::counted;
 use fcview::{Error, headless};
+use progress::Progress;
 use std::io::Write;
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
@@ -13,7 +17,12 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
-            let _ = error.print();
+            let text = said(&error);
+            let _ = if error.use_stderr() {
+                std::io::stderr().lock().write_all(text.as_bytes())
+            } else {
+                std::io::stdout().lock().write_all(text.as_bytes())
+            };
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
@@ -29,7 +38,17 @@ fn main() -> ExitCode {
 }
 
 fn run_headless(cli: &Cli) -> Result<(), Error> {
-    let outcome = headless::run(cli)?;
+    let interrupt = Interrupt::watch();
+    let mut progress = Progress::new(cli.frames);
+    let outcome = headless::run_watched(cli, &mut |frames| {
+        progress.tell(frames);
+        interrupt.exit_code()
+    });
+    progress.clear();
+    let outcome = outcome?;
+    if let Some(text) = &outcome.hollow {
+        warn(text);
+    }
     if outcome.software {
         warn(&headless::software_warning(&outcome.stats.adapter.name));
     }

@@ -91,6 +91,14 @@ fn a_place_that_cannot_be_written_is_named() {
         let words = format!("torus.fct --headless --size 32x32 {words}");
         refused(&fcview(folder.path(), &words), 4, &["error[FC423]", "no/such/"]);
     }
+    // Not even the administrator can make files among those of the kernel.
+    if Path::new("/proc/self").is_dir() {
+        for words in ["--screenshot /proc/a.png", "--stats /proc/s.json"] {
+            let said = fcview(folder.path(), &format!("torus.fct --headless --size 32x32 {words}"));
+            refused(&said, 4, &["error[FC423]: /proc/", "choose a folder"]);
+            assert!(!String::from_utf8_lossy(&said.stderr).contains("tmp"), "the temporary is not named");
+        }
+    }
 }
 
 #[test]
@@ -186,6 +194,7 @@ fn a_backend_that_is_not_there_and_an_adapter_that_is_not_there_are_said() {
     };
     let backend = if cfg!(target_os = "macos") { "dx12" } else { "metal" };
     refused(&run("WGPU_BACKEND", backend), 6, &["error[FC609]", "WGPU_BACKEND", backend, "unset"]);
+    refused(&run("WGPU_BACKEND", "foo"), 6, &["error[FC609]", "foo", "give one of: ", "unset"]);
     model::gpu();
     refused(&run("WGPU_ADAPTER_NAME", "no such card"), 6, &["error[FC602]", "no such card", "unset"]);
 }
@@ -251,6 +260,54 @@ fn a_recorded_path_is_followed_from_its_first_key_to_its_last() {
     );
     let over = "torus.fct --headless --camera way.json --stats way.json";
     refused(&fcview(folder.path(), over), 2, &["error[FC101]", "an input"]);
+}
+
+/// A terminal's Ctrl-C between two frames ends the run with a message, and leaves whole pictures alone.
+#[cfg(unix)]
+#[test]
+fn a_signal_stops_a_long_run_and_leaves_no_temporary() {
+    model::gpu();
+    let folder = folder();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
+    let words = "torus.fct --headless --size 320x240 --frames 100000 --screenshot f{n}.png --stats s.json";
+    command.current_dir(folder.path()).args(words.split_whitespace());
+    let child =
+        command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let start = std::time::Instant::now();
+    while !folder.path().join("f00001.png").exists() {
+        assert!(start.elapsed().as_secs() < 60, "no picture appears");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let sent = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
+    assert!(sent.unwrap().success());
+    let done = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert_eq!(done.status.code(), Some(130), "{said}");
+    assert!(said.contains("error[FC902]") && said.contains("of 100000 frames"), "{said}");
+    for entry in std::fs::read_dir(folder.path()).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        assert!(name == "torus.fct" || name.ends_with(".png") && !name.starts_with('.'), "{name}");
+    }
+}
+
+#[test]
+fn a_model_that_looks_inwards_is_told() {
+    model::gpu();
+    let folder = folder();
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(glam::Vec3::from);
+    let outwards = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let inwards = outwards.map(|[a, b, c]| [a, c, b]);
+    for (name, faces) in [("out.fct", outwards), ("in.fct", inwards)] {
+        model::write(&folder.path().join(name), &corners, faces.to_vec());
+    }
+    for (words, told) in
+        [("out.fct", false), ("torus.fct", false), ("in.fct", true), ("in.fct --two-sided", false)]
+    {
+        let output = fcview(folder.path(), &format!("{words} --headless --size 32x32"));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        assert_eq!(said.contains("--two-sided"), told, "{words}: {said}");
+    }
 }
 
 /// The names of all members of a document: with dots for members of members, from anew in the elements of a list.

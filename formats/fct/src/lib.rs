@@ -38,6 +38,8 @@ mod displacement;
 mod error;
 mod hash;
 mod header;
+#[cfg(feature = "interrupt")]
+mod interrupt;
 mod loops;
 mod map;
 mod meta;
@@ -62,6 +64,8 @@ pub use child::{Child, ChildRef};
 pub use chunk::{CHUNK_FACES, Chunk, ChunkData, ChunkFile, Crown, CrownChild, Patch, ReadAt};
 pub use error::{Error, Violation};
 pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
+#[cfg(feature = "interrupt")]
+pub use interrupt::{Interrupt, Stopped};
 pub use loops::Loops;
 pub use meta::{MAX_META_LEN, Meta};
 pub use node::{BoundingPolygon, Node};

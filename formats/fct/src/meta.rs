@@ -12,7 +12,7 @@ pub const MAX_META_LEN: usize = 1 << 20;
 /// The contents of section `META`, encoded by serde and bincode 2 (`config::standard()`).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
-    /// The program that wrote the file, with its version.
+    /// The program that wrote the file, with its version, and what it was told beside the rules below: `--flip`.
     pub generator: String,
     /// The rule by which clusters were split, as the builder's option names it.
     pub split: String,

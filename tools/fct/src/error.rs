@@ -20,7 +20,7 @@
 //! | FC571 | 5 | the tree is too large for this machine |
 //! | FC701 to FC764 | 7 | a rule of the format is broken, see its specification |
 //! | FC901 | 1 | a bug in this program |
-//! | FC902 | 130, 143 | a signal stopped the export |
+//! | FC902 | 129, 130, 143 | a signal stopped the program |
 
 use crate::grouped::{counted, grouped};
 use std::io;
@@ -112,6 +112,17 @@ pub(crate) enum Error {
         "fct failed by a bug of its own; please report it with the command, the file and the lines above"
     )]
     Bug,
+}
+
+impl From<fct::Stopped> for Error {
+    fn from(stopped: fct::Stopped) -> Error {
+        match stopped {
+            fct::Stopped::BySignal(exit) => Error::Interrupted { exit },
+            fct::Stopped::NoThread(error) => Error::Thread(error),
+            // It has said so.
+            fct::Stopped::Panicked => Error::Bug,
+        }
+    }
 }
 
 impl From<fcextract::Error> for Error {

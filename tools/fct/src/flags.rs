@@ -6,10 +6,6 @@ use clap::{Args, Parser, Subcommand};
 use fcextract::Budget;
 use std::path::PathBuf;
 
-const EXIT_CODES: &str = "\
-Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid .fct file,
-130 or 143 stopped by a signal. On any but 0 nothing is written.";
-
 const EXAMPLES: &str = "\
 Examples:
   fct info dragon.fct                                    what the file says about itself
@@ -17,14 +13,17 @@ Examples:
   fct export dragon.fct -o full.ply                      the input's faces
   fct export dragon.fct -o small.glb --triangles 5000    at most 5,000 triangles
 
-Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid .fct file.";
+Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid
+.fct file, 129, 130 or 143 stopped by a signal.";
 
 const INFO_EXAMPLES: &str = "\
 Examples:
   fct info dragon.fct
   fct info dragon.fct --json | jq .counts.faces
 
-The file's header, table and description are checked, the rest is not: see `fct verify`.
+The file's header, table and description are checked, the rest is not: see
+`fct verify`.
+
 Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 7 invalid .fct file.";
 
 const VERIFY_EXAMPLES: &str = "\
@@ -32,32 +31,52 @@ Examples:
   fct verify dragon.fct
   fct verify dragon.fct --json
 
-With --json the result goes to standard output as JSON, also when the file is invalid.
-Exit codes: 0 every rule holds, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid .fct file.";
+With --json the result goes to standard output as JSON, also when the file is
+invalid.
 
+Exit codes: 0 every rule holds, 1 our bug, 2 usage, 4 input or output, 5 a
+limit, 7 invalid .fct file, 129, 130 or 143 stopped by a signal.";
+
+// The sign {#} is printed as {n}, which the library would take for the end of a line.
 const EXPORT_EXAMPLES: &str = "\
 Examples:
-  fct export dragon.fct -o full.ply                      the input's faces
-  fct export dragon.fct -o near.ply --error 0.0005       an error of at most 0.0005
-  fct export dragon.fct -o small.obj --triangles 5000    at most 5,000 triangles
-  fct export dragon.fct -o lod_#.glb --triangles 50000,10000,2000
-                                                         with an n in braces for #: lod_50000.glb,
-                                                         lod_10000.glb, lod_2000.glb
-  fct export dragon.fct -o coarse.ply --clusters 250     at most 250 clusters
-  fct export dragon.fct -o view.ply --eye 0,0.1,0.6 --pixels 1 --fov 40 --height 1080
-                                                         an error of at most a pixel from there
-  fct export dragon.fct -o view.ply --eye 0,0.1,0.6 --triangles 5000
-                                                         the 5,000 triangles that show most from there
-  fct export dragon.fct -o plan.ply --ortho 0.25 --pixels 1 --height 1080
-                                                         a pixel, in a picture of 0.25 without perspective
-  fct export dragon.fct -o head.ply --error 0.01 --region -0.08,0.15,0,0.05=0.0002
-                                                         0.0002 in a ball of radius 0.05, elsewhere 0.01
-  fct export dragon.fct -o flat.ply --epsilon 1e-9       a mean square distance of at most 1e-9
+  The input's faces:
+    fct export dragon.fct -o full.ply
+  A guaranteed error of at most 0.0005, or 0.2 % of the diagonal of the box:
+    fct export dragon.fct -o near.ply --error 0.0005
+    fct export dragon.fct -o nearer.ply --error 0.2%
+  At most 5,000 triangles:
+    fct export dragon.fct -o small.obj --triangles 5000
+  A chain of levels of detail, lod_50000.glb and so on:
+    fct export dragon.fct -o 'lod_{#}.glb' --triangles 50000,10000,2000
+  At most 250 clusters:
+    fct export dragon.fct -o coarse.ply --clusters 250
+  An error of at most a pixel in a picture from there:
+    fct export dragon.fct -o view.ply --eye 0,0.1,0.6 --pixels 1 --fov 40 --height 1080
+  The 5,000 triangles that show most from there:
+    fct export dragon.fct -o seen.ply --eye 0,0.1,0.6 --triangles 5000
+  An error of a pixel in a picture 0.25 high, without perspective:
+    fct export dragon.fct -o plan.ply --ortho 0.25 --pixels 1 --height 1080
+  0.0002 in a ball of radius 0.05, elsewhere 0.01:
+    fct export dragon.fct -o head.ply --error 0.01 --region -0.08,0.15,0,0.05=0.0002
+  A mean square distance of at most 1e-9:
+    fct export dragon.fct -o flat.ply --epsilon 1e-9
 
-Lengths and places are in the unit of the input. A number of triangles is met exactly or missed by
-up to four. The bound that is printed is the largest among the clusters. --error, --eye and --ortho
-choose clusters by it; --triangles and --clusters spend their budget by the mean error, and
---epsilon holds the mean error, so that their bound is loose.";
+Lengths and places are in the unit of the input; `fct info` shows the model's
+box. A number of triangles is met exactly or missed by up to four. The bound
+that is printed is the largest among the clusters. --error, --eye and --ortho
+choose clusters by it; --triangles and --clusters spend their budget by the mean
+error, and --epsilon holds the mean error, so that their bound is loose.
+
+--force replaces meshes that fct has written; any other file stays.
+
+Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid
+.fct file, 129, 130 or 143 stopped by a signal. On any but 0 nothing is written.";
+
+/// The text of a usage error, or of help and version.
+pub(crate) fn said(error: &clap::Error) -> String {
+    error.render().to_string().replace("{#}", NUMBER)
+}
 
 /// Looks into, verifies and exports face-cluster trees (.fct).
 #[derive(Debug, Parser)]
@@ -77,8 +96,8 @@ pub(crate) enum Command {
     #[command(after_help = VERIFY_EXAMPLES)]
     Verify(FileFlags),
     /// Write a mesh of a chosen detail as PLY, OBJ or GLB
-    #[command(after_help = format!("{EXPORT_EXAMPLES}\n{EXIT_CODES}"))]
-    Export(ExportFlags),
+    #[command(after_help = EXPORT_EXAMPLES)]
+    Export(Box<ExportFlags>),
 }
 
 /// Flags of `info` and `verify`.
@@ -102,16 +121,16 @@ pub(crate) struct ExportFlags {
     /// A tree made by fcbuild
     #[arg(value_name = "FILE.fct")]
     file: PathBuf,
-    /// The mesh to write: binary PLY, OBJ or binary glTF, by the extension; an n in braces in the name is the number of
-    /// triangles or clusters asked for
+    /// The mesh to write: binary PLY, OBJ or binary glTF, by the extension; {#} in the name is the number of triangles or
+    /// clusters asked for
     #[arg(short, long, value_name = "OUT.(ply|obj|glb)")]
     output: PathBuf,
     /// Replace existing outputs, if they are meshes that fct has written
     #[arg(long)]
     force: bool,
-    /// No point of the surface is farther than this from the mesh: the flag for a tight guarantee
-    #[arg(long, value_name = "DIST", value_parser = not_negative, allow_negative_numbers = true, conflicts_with = "eye")]
-    error: Option<f64>,
+    /// No point of the surface is farther than this from the mesh: the flag for a tight guarantee; with % it is a part of the diagonal of the model's box
+    #[arg(long, value_name = "DIST|P%", value_parser = length, allow_negative_numbers = true, conflicts_with = "eye")]
+    error: Option<Scale>,
     /// A mean square distance of at most K from each cluster's plane; with --eye, K times the squared distance from there
     #[arg(long, value_name = "K", value_parser = square, allow_negative_numbers = true)]
     epsilon: Option<f64>,
@@ -170,8 +189,8 @@ impl ExportFlags {
         let slope = self.pixels * 2.0 * (0.5 * self.fov.to_radians()).tan() / f64::from(self.height);
         let detail = if !budgets.is_empty() {
             Detail::Budgets(budgets.clone(), self.eye)
-        } else if let Some(distance) = self.error {
-            Detail::Within(Scale::Length(distance))
+        } else if let Some(length) = self.error {
+            Detail::Within(length)
         } else if let Some(k) = self.epsilon {
             Detail::Epsilon(scale(k.sqrt(), k.sqrt()))
         } else if let Some(size) = self.ortho {
@@ -229,8 +248,13 @@ fn number(text: &str) -> Option<f64> {
     text.trim().parse::<f64>().ok().filter(|x| x.is_finite())
 }
 
-fn not_negative(text: &str) -> Result<f64, String> {
-    number(text).filter(|x| *x >= 0.0).ok_or_else(|| "expected a distance, 0 or more".to_owned())
+fn length(text: &str) -> Result<Scale, String> {
+    let not_negative = |text| number(text).filter(|x| *x >= 0.0);
+    let length = match text.trim().strip_suffix('%') {
+        Some(percent) => not_negative(percent).map(|p| Scale::Diagonal(p / 100.0)),
+        None => not_negative(text).map(Scale::Length),
+    };
+    length.ok_or_else(|| "expected a distance, 0 or more, or a percentage such as 0.1%".to_owned())
 }
 
 fn square(text: &str) -> Result<f64, String> {
@@ -311,6 +335,7 @@ mod tests {
         let detail = |flags: &str| export(&format!("export a.fct -o b.obj {flags}")).detail;
         assert_eq!(detail(""), Detail::Full);
         assert_eq!(detail("--error 0.5"), Detail::Within(Scale::Length(0.5)));
+        assert_eq!(detail("--error 25%"), Detail::Within(Scale::Diagonal(0.25)));
         assert_eq!(detail("--epsilon 0.25"), Detail::Epsilon(Scale::Length(0.5)));
         let eye = [-1.0, 2.5, 3.0];
         let at = "--eye -1,2.5,3";
@@ -357,6 +382,8 @@ mod tests {
             "look a.fct",
             "export a.fct",
             "export a.fct -o b.ply --error -1",
+            "export a.fct -o b.ply --error -1%",
+            "export a.fct -o b.ply --error %",
             "export a.fct -o b.ply --error 1 --triangles 5",
             "export a.fct -o b.ply --triangles 0",
             "export a.fct -o b.ply --pixels 2",

@@ -13,13 +13,19 @@ use flags::{Command, Flags};
 use std::io::{self, Write as _};
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
+use std::thread;
 
 fn main() -> ExitCode {
     let flags = match Flags::try_parse() {
         Ok(flags) => flags,
         Err(error) => {
             // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
-            let _ = error.print();
+            let text = flags::said(&error);
+            let _ = if error.use_stderr() {
+                io::stderr().lock().write_all(text.as_bytes())
+            } else {
+                io::stdout().lock().write_all(text.as_bytes())
+            };
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
@@ -41,7 +47,10 @@ fn run(command: &Command) -> Result<(), Error> {
             print(&if flags.json { info::to_json(&tree) } else { info::to_text(&tree) })
         }
         Command::Verify(flags) => {
-            let outcome = fct::Tree::open(&flags.file).and_then(|tree| tree.verify());
+            let file = flags.file.clone();
+            let thread = thread::Builder::new().name("verify".to_owned());
+            let outcome = fct::Interrupt::watch()
+                .wait_for(thread, move || fct::Tree::open(&file).and_then(|tree| tree.verify()))?;
             if flags.json {
                 print(&verify::to_json(&flags.file, &outcome))?;
             }

@@ -18,8 +18,9 @@ Examples:
 
 The summary goes to standard output, progress, warnings and errors to standard error.
 
-Exit codes: 0 done (perhaps with warnings), 1 our bug, 2 usage, 3 bad input, 4 input or output,
-5 a limit, 130 or 143 stopped by a signal. On any but 0 nothing is written.";
+Exit codes: 0 done (perhaps with warnings), 1 our bug, 2 usage, 3 bad input,
+4 input or output, 5 a limit, 129, 130 or 143 stopped by a signal. On any but 0
+nothing is written.";
 
 /// More threads than this only cost memory: the serial parts dominate long before.
 pub(crate) const MAX_THREADS: i64 = 256;
@@ -52,6 +53,9 @@ pub(crate) struct Flags {
     /// Join vertices at equal positions (exact), up to a distance apart (EPS, in the unit of the input), or not at all
     #[arg(long, value_name = "exact|EPS|off", default_value = "exact", value_parser = weld, allow_negative_numbers = true)]
     pub(crate) weld: Weld,
+    /// Turn every face over, its normals too: for a surface that looks inwards
+    #[arg(long)]
+    pub(crate) flip: bool,
     /// Write counts, times and sizes as JSON
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
@@ -138,18 +142,19 @@ mod tests {
     #[test]
     fn every_flag_means_what_it_says() {
         let flags = parse(
-            "a.ply b.obj -o c.fct --split cca --threads 3 --max-memory 2GiB --force --strict --weld 0.5 \
+            "a.ply b.obj -o c.fct --split cca --threads 3 --max-memory 2GiB --force --strict --flip --weld 0.5 \
              --report r.json --message-format json --progress never",
         )
         .unwrap();
         assert_eq!(flags.inputs.len(), 2);
         assert_eq!((flags.split, flags.threads), (SplitFlag::Cca, Some(3)));
         assert_eq!(flags.max_memory.map(|size| size.bytes), Some(2 << 30));
-        assert!(flags.force && flags.strict && flags.report.is_some());
+        assert!(flags.force && flags.strict && flags.flip && flags.report.is_some());
         assert_eq!(flags.weld, Weld::Within(0.5));
         assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ProgressFlag::Never));
         let plain = parse("a.ply -o c.fct").unwrap();
-        assert_eq!((plain.split, plain.weld, plain.force), (SplitFlag::Quality, Weld::Exact, false));
+        assert_eq!((plain.split, plain.weld), (SplitFlag::Quality, Weld::Exact));
+        assert!(!plain.force && !plain.flip);
     }
 
     #[test]

@@ -3,7 +3,6 @@
 use super::bug;
 use super::identity::source_id;
 use super::inputs::read_all;
-use super::interrupt::Interrupt;
 use super::memory;
 use super::message::notices;
 use super::progress::{Progress, Stage};
@@ -12,16 +11,13 @@ use super::size;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::Tally;
 use fcbuild::{BuildOptions, Built, Error, Prepared};
+use fct::{Interrupt, Stopped};
 use std::sync::Arc;
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 /// Room for recursion, which is bounded by the depth of the tree; the systems' defaults differ.
 const STACK_BYTES: usize = 16 << 20;
-
-/// How long a signal may wait to be noticed.
-const LISTEN_EVERY: Duration = Duration::from_millis(50);
 
 /// A tree that is built and not yet written.
 pub(crate) struct Made {
@@ -47,34 +43,18 @@ pub(crate) enum Ended {
 
 /// Imports and builds in the background and waits for the end, or for a signal.
 pub(crate) fn run(settings: &Settings, progress: &Arc<Progress>, interrupt: &Interrupt) -> Ended {
-    let (sender, receiver) = sync_channel(1);
-    let spawned = {
+    let thread = thread::Builder::new().name("job".to_owned()).stack_size(STACK_BYTES);
+    let done = {
         let (settings, progress) = (settings.clone(), Arc::clone(progress));
-        thread::Builder::new().name("job".to_owned()).stack_size(STACK_BYTES).spawn(move || {
-            let made = bug::caught(|| make(&settings, &progress)).map(Box::new);
-            // Nobody listens any more after a signal.
-            let _ = sender.send(made);
-        })
+        interrupt.wait_for(thread, move || bug::caught(|| make(&settings, &progress)).map(Box::new))
     };
-    if let Err(e) = spawned {
-        return Ended::Alone(Err(no_threads(&e)));
-    }
-    loop {
-        match receiver.recv_timeout(LISTEN_EVERY) {
-            Ok(made) => return Ended::Alone(made),
-            Err(RecvTimeoutError::Timeout) => {
-                if let Some(exit) = interrupt.exit_code() {
-                    return Ended::BySignal(exit);
-                }
-            }
-            Err(RecvTimeoutError::Disconnected) => {
-                return Ended::Alone(Err(Error::new(
-                    ErrorKind::Internal,
-                    bug::CODE,
-                    "the job ended without a word",
-                )
-                .remedy("please report it with the command and the input")));
-            }
+    match done {
+        Ok(made) => Ended::Alone(made),
+        Err(Stopped::BySignal(exit)) => Ended::BySignal(exit),
+        Err(Stopped::NoThread(e)) => Ended::Alone(Err(no_threads(&e))),
+        Err(Stopped::Panicked) => {
+            Ended::Alone(Err(Error::new(ErrorKind::Internal, bug::CODE, "the job ended without a word")
+                .remedy("please report it with the command and the input")))
         }
     }
 }
@@ -87,7 +67,10 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
         .build()
         .map_err(|e| no_threads(&e))?;
     let start = Instant::now();
-    let soup = read_all(&settings.inputs, settings.max_memory.as_ref(), progress)?;
+    let mut soup = read_all(&settings.inputs, settings.max_memory.as_ref(), progress)?;
+    if settings.flip {
+        soup.flip();
+    }
     let import = start.elapsed();
     check_strict(settings, &soup.tally)?;
 
@@ -113,7 +96,8 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     warn_of_seams(&mut built);
     check_strict(settings, &built.tally)?;
     check_books(&built)?;
-    built.meta.generator = concat!("fcbuild ", env!("CARGO_PKG_VERSION")).to_owned();
+    let flip = if settings.flip { " --flip" } else { "" };
+    built.meta.generator = format!("fcbuild {}{flip}", env!("CARGO_PKG_VERSION"));
     built.meta.source = settings.input_names();
     Ok(Made { built, vertices_in, source_id, import, estimate })
 }

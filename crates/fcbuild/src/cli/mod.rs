@@ -6,7 +6,6 @@ mod distinct;
 pub(crate) mod flags;
 mod identity;
 mod inputs;
-mod interrupt;
 mod job;
 mod memory;
 mod message;
@@ -19,8 +18,8 @@ mod summary;
 
 use fcbuild::Error;
 use fcbuild::error::ErrorKind;
+use fct::Interrupt;
 use flags::{Flags, MessageFormat};
-use interrupt::Interrupt;
 use job::{Ended, Made};
 use output::Outputs;
 use progress::{Progress, Stage};

@@ -32,6 +32,7 @@ pub(crate) struct Report {
 struct SettingsPart {
     split: String,
     weld: String,
+    flip: bool,
     threads: usize,
     max_memory: Option<u64>,
     strict: bool,
@@ -112,6 +113,7 @@ impl Report {
             settings: SettingsPart {
                 split: meta.split.clone(),
                 weld: meta.weld.clone(),
+                flip: settings.flip,
                 threads: settings.threads,
                 max_memory: settings.max_memory.as_ref().map(|limit| limit.bytes),
                 strict: settings.strict,

@@ -22,6 +22,8 @@ pub(crate) struct Settings {
     pub(crate) split: SplitMode,
     /// Which vertices become one.
     pub(crate) weld: Weld,
+    /// Whether every face is turned over.
+    pub(crate) flip: bool,
     /// Threads of the pool.
     pub(crate) threads: usize,
     /// Bytes that the job may take, as far as they are known.
@@ -71,6 +73,7 @@ impl Settings {
             report: flags.report.clone(),
             split: flags.split.into(),
             weld: flags.weld,
+            flip: flags.flip,
             threads: flags.threads.map_or_else(cores, |n| n as usize).min(MAX_THREADS as usize),
             max_memory: flags.max_memory.clone().or_else(|| memory::default_limit().map(Size::of_bytes)),
             force: flags.force,

@@ -94,3 +94,15 @@ pub struct Soup {
     /// What was read, dropped and warned about.
     pub tally: Tally,
 }
+
+impl Soup {
+    /// Turns every face over, its normals too, so that a surface that looks inwards looks outwards.
+    pub fn flip(&mut self) {
+        for [_, b, c] in &mut self.triangles {
+            std::mem::swap(b, c);
+        }
+        for x in self.normals.as_mut().map_or(&mut [][..], |normals| normals.as_flattened_mut()) {
+            *x = -*x;
+        }
+    }
+}

@@ -78,7 +78,8 @@ impl Mesh {
         drop(representative);
         let graph = DualGraph::of(&faces, positions.len(), &face_group);
         if orientation::looks_inwards(&positions, &faces, &graph) {
-            let message = "the faces look inwards, so a viewer culls the outside; turn the winding around, or draw both sides";
+            let message = "the faces look inwards, so that a viewer culls the outside; turn them over with --flip, or draw both \
+                 sides with fcview --two-sided";
             tally.warn("FC293", 1, message);
         }
         let copies = fans::split(&mut faces, &graph, positions.len());

@@ -13,7 +13,8 @@ const PLACEHOLDER: &str = "{n}";
 ///
 /// # Errors
 /// Usage when an output is an input, when two outputs are one, when a picture is no .png or its name has a brace
-/// that is no placeholder, and for `-`; input or output when a folder is not there or a place is no regular file.
+/// that is no placeholder, and for `-`; input or output when a folder is not there or cannot be written, or a place is no
+/// regular file.
 pub(super) fn check(cli: &Cli) -> Result<(), Error> {
     if let Some(name) = &cli.screenshot {
         check_picture_name(name)?;
@@ -30,7 +31,15 @@ pub(super) fn check(cli: &Cli) -> Result<(), Error> {
             return Err(Error::SameFile { path: picture, other: "what --stats writes" });
         }
     }
-    cli.stats.as_ref().map_or(Ok(()), |stats| check_place(stats, &inputs))
+    if let Some(stats) = &cli.stats {
+        check_place(stats, &inputs)?;
+    }
+    // A temporary that is made and gone again tells whether the folders can be written.
+    let first = picture_name(cli, cli.frames.saturating_sub(1));
+    first
+        .iter()
+        .chain(&cli.stats)
+        .try_for_each(|path| fct::Pending::create(path, true).map(drop).map_err(Error::Place))
 }
 
 /// The file for a frame's picture, if it gets one: each frame where the name has a placeholder, else the last.
@@ -76,7 +85,8 @@ pub(crate) fn replace<E: From<io::Error>>(
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let temporary = builder.tempfile_in(folder_of(path))?;
+    // The kind alone: the library's words name the temporary, which the user has never seen.
+    let temporary = builder.tempfile_in(folder_of(path)).map_err(|error| io::Error::from(error.kind()))?;
     let mut writer = BufWriter::new(temporary);
     write(&mut writer)?;
     let temporary = writer.into_inner().map_err(io::IntoInnerError::into_error)?;

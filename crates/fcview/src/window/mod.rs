@@ -27,6 +27,9 @@ use winit::event_loop::{ControlFlow, EventLoop};
 /// a lost device is rebuilt up to three times first.
 pub fn run(cli: &Cli, warn: &mut dyn FnMut(&str)) -> Result<(), Error> {
     let scene = headless::open_scene(cli)?;
+    if let Some(text) = headless::hollow_warning(cli, &scene) {
+        warn(&text);
+    }
     // The windowing library puts a place in its own source in front of what it has to say.
     let no_window = |error: winit::error::EventLoopError| {
         let text = error.to_string();

@@ -26,6 +26,8 @@ pub(crate) enum Detail {
 pub(crate) enum Scale {
     /// A length, the same everywhere.
     Length(f64),
+    /// A part of the diagonal of the model's box.
+    Diagonal(f64),
     /// A length for each unit of distance from an eye.
     Eye {
         /// The eye, in the input's coordinates.
@@ -49,12 +51,19 @@ impl Scale {
     fn tolerance(self, tree: &Tree) -> Tolerance {
         match self {
             Scale::Length(distance) => Tolerance::Uniform { distance },
+            Scale::Diagonal(part) => Tolerance::Uniform { distance: part * diagonal(tree) },
             Scale::Eye { eye, slope } => {
                 let eye = from_input(tree, eye);
                 Tolerance::Perspective(Perspective { eye, axis: DVec3::ZERO, slope, corner_cos: 1.0 })
             }
         }
     }
+}
+
+/// The diagonal of the model's box.
+pub(crate) fn diagonal(tree: &Tree) -> f64 {
+    let corner = |c: [f32; 3]| DVec3::from(c.map(f64::from));
+    corner(tree.meta().bounds_min).distance(corner(tree.meta().bounds_max))
 }
 
 /// A place in the tree's coordinates.

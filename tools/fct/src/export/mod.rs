@@ -2,7 +2,6 @@
 
 mod detail;
 mod glb;
-mod interrupt;
 mod mesh;
 mod obj;
 mod output;
@@ -12,22 +11,16 @@ use crate::error::Error;
 use crate::grouped::counted;
 pub(crate) use detail::{Ball, Detail, Scale};
 use fcextract::{Budget, Extraction};
-use fct::Tree;
-use interrupt::Interrupt;
+use fct::{Interrupt, Tree};
 use mesh::Mesh;
 use std::fmt;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
-use std::time::Duration;
 
 /// Fewer calls of the system than with the default, which shows on large meshes.
 const BUFFER: usize = 1 << 20;
-
-/// How long a signal may wait to be noticed.
-const LISTEN_EVERY: Duration = Duration::from_millis(50);
 
 /// What to export, and where to.
 #[derive(Clone, Debug)]
@@ -102,34 +95,11 @@ pub(crate) fn run(settings: &Settings) -> Result<Vec<Exported>, Error> {
         pending.push(prepared);
     }
     // The main thread keeps the temporaries, to remove them when a signal comes; the job's thread ends with the process.
-    let (sender, receiver) = sync_channel(1);
-    let job = {
-        let settings = settings.clone();
-        thread::Builder::new().name("export".to_owned()).spawn(move || {
-            let outputs = settings.outputs.iter().zip(&files);
-            let done: Result<Vec<_>, Error> =
-                outputs.map(|(output, file)| write(&tree, &settings, output, file)).collect();
-            // Nobody listens any more after a signal.
-            let _ = sender.send(done);
-        })
-    };
-    job.map_err(Error::Thread)?;
-    let exported = loop {
-        match receiver.recv_timeout(LISTEN_EVERY) {
-            Ok(done) => break done?,
-            Err(RecvTimeoutError::Timeout) => {
-                if let Some(exit) = interrupt.exit_code() {
-                    return Err(Error::Interrupted { exit });
-                }
-            }
-            // The job has panicked and said so.
-            Err(RecvTimeoutError::Disconnected) => return Err(Error::Bug),
-        }
-    };
-    // A signal that came too late to be noticed above still finds the outputs as they were.
-    if let Some(exit) = interrupt.exit_code() {
-        return Err(Error::Interrupted { exit });
-    }
+    let job = settings.clone();
+    let exported = interrupt.wait_for(thread::Builder::new().name("export".to_owned()), move || {
+        let outputs = job.outputs.iter().zip(&files);
+        outputs.map(|(output, file)| write(&tree, &job, output, file)).collect::<Result<Vec<_>, Error>>()
+    })??;
     pending.into_iter().try_for_each(output::publish)?;
     Ok(exported)
 }

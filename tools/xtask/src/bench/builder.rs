@@ -45,9 +45,26 @@ impl Builder {
     /// # Errors
     /// What `fcbuild` says when it fails.
     pub(crate) fn run(&self, input: &Path, output: &Path) -> Result<(), Box<dyn Error>> {
-        let done = self.command(input, output, None).output()?;
+        self.said(input, output, &[]).map(drop)
+    }
+
+    /// The same, with the faces turned over if they look inwards: a viewer that leaves out back faces would show the
+    /// inside.
+    ///
+    /// # Errors
+    /// What `fcbuild` says when it fails.
+    pub(crate) fn run_outwards(&self, input: &Path, output: &Path) -> Result<(), Box<dyn Error>> {
+        if self.said(input, output, &[])?.contains("[FC293]") {
+            self.said(input, output, &["--flip"])?;
+        }
+        Ok(())
+    }
+
+    /// Makes `output` of `input`; what `fcbuild` warns of.
+    fn said(&self, input: &Path, output: &Path, flags: &[&str]) -> Result<String, Box<dyn Error>> {
+        let done = self.command(input, output, None).args(flags).output()?;
         if done.status.success() {
-            return Ok(());
+            return Ok(String::from_utf8_lossy(&done.stderr).into_owned());
         }
         Err(format!("fcbuild {}: {}", input.display(), String::from_utf8_lossy(&done.stderr).trim()).into())
     }

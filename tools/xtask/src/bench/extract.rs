@@ -134,7 +134,7 @@ fn measure(path: &Path, args: &Args, builder: &Builder, found: &mut Found) -> Re
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("tree.fct");
     eprintln!("{}: building", path.display());
-    builder.run(path, &file)?;
+    builder.run_outwards(path, &file)?;
     let tree = Tree::open(&file)?;
     let input = Input::read(path, tree.meta().origin)?;
     for case in cases(&tree) {

@@ -10,7 +10,7 @@ use super::page::{Panel, panels, table, three, verdict, whole};
 use super::plot::{Plot, Scale, Series};
 use fcbuild::import::{ImportOptions, import};
 use fcbuild::mesh::Weld;
-use fcbuild::{BuildOptions, SplitMode};
+use fcbuild::{BuildOptions, Prepared, SplitMode};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -64,9 +64,16 @@ struct Frame {
 pub(crate) fn page(mesh: &Path, out: &Output) -> Result<String, Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let tree = folder.path().join("model.fct");
-    let soup = import(mesh, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} })?;
+    let mut soup = import(mesh, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} })?;
     let options = BuildOptions { split: SplitMode::Quality, weld: Weld::Exact, progress: &|_, _, _| {} };
-    let built = fcbuild::build(soup, &options)?;
+    let mut prepared = Prepared::new(soup.clone(), &options)?;
+    // The viewer leaves out back faces, and would show the inside of a scan with the wrong winding.
+    let turned = prepared.looks_inwards();
+    if turned {
+        soup.flip();
+        prepared = Prepared::new(soup, &options)?;
+    }
+    let built = prepared.build(&options)?;
     fct::write(&tree, &built.data(), &fct::WriteOptions { overwrite: true, source_id: 0 })?;
     let name = mesh.file_stem().map_or_else(|| "mesh".into(), |s| s.to_string_lossy()).into_owned();
     let viewer = Viewer { program: viewer()?, tree, stats: folder.path().join("stats.json") };
@@ -122,7 +129,7 @@ pub(crate) fn page(mesh: &Path, out: &Output) -> Result<String, Box<dyn Error>> 
         series: vec![speed("1 x", "#27a", "", &again), speed("100 x", "#c22", "6 3", &fast)],
     };
     out.write("walk-speed.svg", plot.to_svg().as_bytes())?;
-    Ok(report(&name, &adapter, &walks, &fast, &again))
+    Ok(report(&name, turned, &adapter, &walks, &fast, &again))
 }
 
 /// `fcview`, and the files that it reads and writes.
@@ -222,7 +229,14 @@ fn csv(walks: &[Vec<Frame>], fast: &[Frame]) -> String {
     out
 }
 
-fn report(name: &str, adapter: &str, walks: &[Vec<Frame>], fast: &[Frame], again: &[Frame]) -> String {
+fn report(
+    name: &str,
+    turned: bool,
+    adapter: &str,
+    walks: &[Vec<Frame>],
+    fast: &[Frame],
+    again: &[Frame],
+) -> String {
     let time = |walk: &[Frame]| median(walk.iter().map(|frame| frame.milliseconds));
     let per_triangle =
         |walk: &[Frame]| median(walk.iter().map(|frame| 1e6 * frame.milliseconds / frame.triangles));
@@ -230,9 +244,17 @@ fn report(name: &str, adapter: &str, walks: &[Vec<Frame>], fast: &[Frame], again
         "# A walk through {COPIES} copies ([Tsuji07] fig. 7, 13, 14 and 15, and 6.3)\n\n\
          `fcview --instances {COPIES} --camera fly` at one pixel, 1280x720, one sample a pixel, {FRAMES} frames, the first left out, drawn by {adapter} on {} with {} threads.\n\
          The times are this machine's, and other programs may have run beside; every frame is in [a table](walk.csv).\n\
+         {}\
          The pictures show where the walk begins.\n\n",
         std::env::consts::ARCH,
         std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        if turned {
+            format!(
+                "The faces of the {name} look inwards in its file and are turned over, as by `fcbuild --flip`.\n"
+            )
+        } else {
+            String::new()
+        },
     );
     let panel = |file: &str, alt: &str, caption: &str| Panel {
         file: file.to_owned(),

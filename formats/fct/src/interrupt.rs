@@ -1,0 +1,121 @@
+//! Signals: Ctrl-C, termination and a terminal that goes away end a program in good order.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::thread;
+use std::time::Duration;
+
+use signal_hook::{consts, flag};
+
+/// How long a signal may wait to be noticed.
+const LISTEN_EVERY: Duration = Duration::from_millis(50);
+
+/// Watches for signals that ask the program to stop: SIGINT, SIGTERM and, where the system has it, SIGHUP.
+///
+/// The first one only raises a flag, so that temporaries can be removed; a second one of the same kind ends the
+/// process at once, in case the first is not heard.
+#[derive(Debug)]
+pub struct Interrupt {
+    caught: Vec<(u8, Arc<AtomicBool>)>,
+}
+
+/// Why [`Interrupt::wait_for`] has no result.
+#[derive(Debug)]
+pub enum Stopped {
+    /// By a signal; 128 and its number, as shells have it. The job's thread still runs and ends with the process.
+    BySignal(u8),
+    /// No thread can be had.
+    NoThread(io::Error),
+    /// The job has panicked.
+    Panicked,
+}
+
+impl Interrupt {
+    /// Watches from now on. Where the system does not allow it, signals keep their usual effect.
+    pub fn watch() -> Self {
+        let mut signals = vec![(130_u8, consts::SIGINT), (143, consts::SIGTERM)];
+        // A program under `nohup` outlives its terminal: a signal that is ignored stays so.
+        #[cfg(unix)]
+        if is_ignored(consts::SIGHUP) == Some(false) {
+            signals.push((129, consts::SIGHUP));
+        }
+        let caught = signals.into_iter().filter_map(|(exit, signal)| {
+            let raised = Arc::new(AtomicBool::new(false));
+            // Handlers run in order: the first asks whether the flag is up already, the second raises it.
+            flag::register_conditional_shutdown(signal, i32::from(exit), Arc::clone(&raised)).ok()?;
+            flag::register(signal, Arc::clone(&raised)).ok()?;
+            Some((exit, raised))
+        });
+        Self { caught: caught.collect() }
+    }
+
+    /// The exit code of the signal that was caught, if one was: 128 and its number.
+    pub fn exit_code(&self) -> Option<u8> {
+        self.caught.iter().find(|(_, raised)| raised.load(Ordering::Relaxed)).map(|(exit, _)| *exit)
+    }
+
+    /// Runs a job in a thread and waits for its end, or for a signal.
+    ///
+    /// What has to be removed when a signal comes belongs to the caller, not to the job.
+    ///
+    /// # Errors
+    /// [`Stopped`] when the job has no result.
+    pub fn wait_for<T: Send + 'static>(
+        &self,
+        thread: thread::Builder,
+        job: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Stopped> {
+        let (sender, receiver) = sync_channel(1);
+        thread
+            .spawn(move || {
+                // Nobody listens any more after a signal.
+                let _ = sender.send(job());
+            })
+            .map_err(Stopped::NoThread)?;
+        loop {
+            let done = receiver.recv_timeout(LISTEN_EVERY);
+            // A signal that comes as the job ends still finds everything as it was.
+            if let Some(exit) = self.exit_code() {
+                return Err(Stopped::BySignal(exit));
+            }
+            match done {
+                Ok(done) => return Ok(done),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err(Stopped::Panicked),
+            }
+        }
+    }
+}
+
+/// Whether the process was started with the signal ignored; `None` where the system does not tell.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> Option<bool> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+    let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
+    let bit = u32::try_from(signal).ok()?.checked_sub(1)?;
+    Some(mask.checked_shr(bit)? & 1 == 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_ends_with_its_result_or_its_panic() {
+        let interrupt = Interrupt { caught: Vec::new() };
+        let wait = |job: fn() -> u32| interrupt.wait_for(thread::Builder::new(), job);
+        assert!(matches!(wait(|| 7), Ok(7)));
+        assert!(matches!(wait(|| panic!("out of coffee")), Err(Stopped::Panicked)));
+    }
+
+    #[test]
+    fn a_signal_ends_the_wait() {
+        let raised = Arc::new(AtomicBool::new(true));
+        let interrupt = Interrupt { caught: vec![(129, raised)] };
+        let done = interrupt.wait_for(thread::Builder::new(), || thread::sleep(Duration::from_secs(3600)));
+        assert!(matches!(done, Err(Stopped::BySignal(129))));
+    }
+}
