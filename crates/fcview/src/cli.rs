@@ -14,6 +14,8 @@ Examples:
     fcview bunny.fct --instances 100 --pixels 2
   A picture, no display needed:
     fcview dragon.fct --headless --screenshot out.png
+  A scan that is larger than the graphics memory:
+    fcview city.fct --gpu-memory 1G
   Measure a flight through twenty copies:
     fcview dragon.fct --headless --instances 20 --camera fly --frames 60 --stats stats.json
   Pictures along a path recorded in the window with R:
@@ -57,6 +59,10 @@ pub struct Cli {
     /// As many triangles as are drawn in time for so many frames a second
     #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = positive, conflicts_with_all = ["no_lod", "pixels", "triangles"])]
     pub fps: Option<f64>,
+    /// Memory of the graphics card for the models' vertices, such as 800M, 6GiB or 1.5GB; what does not fit is drawn
+    /// coarser [default: as much as they take and the card has]
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = bytes)]
+    pub gpu_memory: Option<u64>,
     /// Do not leave out what lies outside the view
     #[arg(long)]
     pub no_frustum: bool,
@@ -218,6 +224,28 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Reads `800M`, `1.5GiB`, `2GB` or plain bytes, as fcbuild does: K, M, G and T alone are binary, with B decimal.
+fn bytes(text: &str) -> Result<u64, String> {
+    let refused = || "expected a size above 0 such as 800M, 6GiB or 1.5GB".to_owned();
+    let text = text.trim();
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at(end);
+    let factor = match unit.trim().to_ascii_uppercase().as_str() {
+        "" | "B" => 1.0,
+        "K" | "KIB" => 1024.0,
+        "M" | "MIB" => 1_048_576.0,
+        "G" | "GIB" => 1_073_741_824.0,
+        "T" | "TIB" => 1_099_511_627_776.0,
+        "KB" => 1e3,
+        "MB" => 1e6,
+        "GB" => 1e9,
+        "TB" => 1e12,
+        _ => return Err(refused()),
+    };
+    // The cast saturates, and a limit above 2^64 bytes is no limit.
+    number.parse::<f64>().ok().map(|n| n * factor).filter(|n| *n >= 1.0).map(|n| n as u64).ok_or_else(refused)
+}
+
 fn field_of_view(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if (1.0..=170.0).contains(&number) => Ok(number),
@@ -288,6 +316,10 @@ mod tests {
         let triangles = parse("a.fct --triangles 7000").unwrap().frame_options().detail;
         assert_eq!(triangles, Detail::Triangles(7000));
         assert_eq!(parse("a.fct --fps 30").unwrap().fps, Some(30.0));
+        for (size, bytes) in [("256M", 256 << 20), ("1.5GiB", 3 << 29), ("2kB", 2000), ("17", 17)] {
+            assert_eq!(parse(&format!("a.fct --gpu-memory {size}")).unwrap().gpu_memory, Some(bytes));
+        }
+        assert_eq!(parse("a.fct").unwrap().gpu_memory, None);
         assert_eq!(parse("a.fct --pixels 2.5").unwrap().frame_options().detail, Detail::Pixels(2.5));
     }
 
@@ -314,6 +346,10 @@ mod tests {
             "a.fct --headless --watch",
             "a.fct --triangles 0",
             "a.fct --triangles 9 --pixels 2",
+            "a.fct --gpu-memory 0",
+            "a.fct --gpu-memory -1",
+            "a.fct --gpu-memory lots",
+            "a.fct --gpu-memory 1X",
             "a.fct --fps 0",
             "a.fct --fps 30 --triangles 9",
         ] {

@@ -120,6 +120,16 @@ pub enum Error {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// The memory allowed for vertices does not hold those of a triangle.
+    #[error(
+        "{bytes} bytes of graphics memory do not hold a triangle's vertices; allow --gpu-memory {least} or more"
+    )]
+    GpuMemory {
+        /// Bytes allowed.
+        bytes: u64,
+        /// Bytes that would be enough to draw something.
+        least: u64,
+    },
     /// The camera's numbers make no view.
     #[error("the camera makes no view: {reason}")]
     Camera {
@@ -290,7 +300,7 @@ impl Error {
             | Error::Device { .. }
             | Error::Timeout { .. }
             | Error::NoWindow { .. } => 6,
-            Error::PictureSize { .. } | Error::BufferSize { .. } => 5,
+            Error::PictureSize { .. } | Error::BufferSize { .. } | Error::GpuMemory { .. } => 5,
             Error::Camera { .. } | Error::SameFile { .. } | Error::Output { .. } => 2,
             Error::Bug => 1,
             Error::Interrupted { exit, .. } => *exit,
@@ -331,6 +341,7 @@ impl Error {
                 source: fcextract::Error::TooManyTriangles | fcextract::Error::Memory(_),
                 ..
             } => "FC523",
+            Error::GpuMemory { .. } => "FC524",
             Error::NoAdapter { .. } => "FC601",
             Error::NoSuchAdapter { .. } => "FC602",
             Error::Unsuitable { .. } => "FC603",

@@ -9,7 +9,9 @@ use crate::inwards::looks_inwards;
 use crate::orbit::{Orbit, fly};
 use crate::recovery::Misfortune;
 use crate::scene::{Model, Scene};
-use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, median_total};
+use crate::stats::{
+    AdapterStats, ModelStats, RunStats, SettingStats, coarser_in_words, counted, median_total,
+};
 use crate::steering::Steering;
 use crate::{Error, FrameStats, Gpu, Survivor};
 use std::f64::consts::TAU;
@@ -60,7 +62,7 @@ pub fn run_watched(cli: &Cli, watch: &mut dyn FnMut(u32) -> Option<u8>) -> Resul
     let scene = open_scene(cli)?;
     let hollow = hollow_warning(cli, &scene);
     let way = Way::new(cli, &scene)?;
-    let mut survivor = Survivor::new(&scene, gpu)?;
+    let mut survivor = Survivor::with_memory(&scene, cli.gpu_memory, gpu)?;
     let info = survivor.gpu().map(Gpu::info);
     let software = survivor.gpu().is_some_and(Gpu::is_software);
     let mut options = cli.frame_options();
@@ -173,6 +175,20 @@ pub fn hollow_warning(cli: &Cli, scene: &Scene) -> Option<String> {
     ))
 }
 
+/// What to tell a user whose graphics memory did not hold the vertices of some frames; `None` where it held all.
+pub fn memory_warning(run: &RunStats) -> Option<String> {
+    let coarser: Vec<f64> =
+        run.frames.iter().map(|frame| frame.memory.coarser).filter(|factor| *factor > 1.0).collect();
+    let most = coarser.iter().copied().reduce(f64::max)?;
+    let (what, remedy) = match run.settings.gpu_memory {
+        Some(_) => ("--gpu-memory", "; allow more"),
+        None => ("the graphics memory", ""),
+    };
+    let frames = counted(coarser.len() as u64, "frame");
+    let how = coarser_in_words(most);
+    Some(format!("{what} does not hold the vertices of {frames}, at the worst drawn {how}{remedy}"))
+}
+
 /// A device without a display; where there is none, the error says whether the environment is why.
 fn gpu() -> Result<Gpu, Error> {
     Gpu::headless().map_err(Error::with_backends_asked_for)
@@ -193,6 +209,7 @@ fn settings(cli: &Cli, scene: &Scene) -> SettingStats {
         pixels: (!cli.no_lod && cli.triangles.is_none() && cli.fps.is_none()).then_some(cli.pixels),
         triangles: cli.triangles,
         fps: cli.fps,
+        gpu_memory: cli.gpu_memory,
         lod: !cli.no_lod,
         frustum: !cli.no_frustum,
         backface: !cli.no_backface && !cli.two_sided,

@@ -33,6 +33,7 @@ pub mod pick;
 pub mod random;
 mod recovery;
 mod renderer;
+mod residency;
 pub mod scene;
 pub mod stats;
 pub mod steering;

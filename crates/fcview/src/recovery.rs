@@ -14,6 +14,8 @@ pub(crate) enum Remedy {
     Rebuild,
     /// All memory given back that can be filled anew.
     Evict,
+    /// Half the memory for vertices, where that helps.
+    Shrink,
 }
 
 /// Counts the failures of a run.
@@ -24,21 +26,23 @@ pub(crate) struct Recovery {
 }
 
 impl Recovery {
-    /// What to try before the same frame is drawn again.
+    /// What to try before the same frame is drawn again; `can_shrink` where the memory for vertices can be halved.
     ///
     /// # Errors
     /// The failure itself where nothing is left to try.
-    pub(crate) fn remedy(&mut self, failure: Error) -> Result<Remedy, Error> {
+    pub(crate) fn remedy(&mut self, failure: Error, can_shrink: bool) -> Result<Remedy, Error> {
         match failure {
             Error::DeviceLost { .. } if self.rebuilds < REBUILDS => {
                 self.rebuilds += 1;
                 Ok(Remedy::Rebuild)
             }
-            // Once a frame: what does not fit into empty memory never will.
+            // Once a frame: what does not fit into empty memory never will, but for fewer vertices.
             Error::DeviceMemory { .. } if !self.evicted => {
                 self.evicted = true;
                 Ok(Remedy::Evict)
             }
+            // So often as the vertices can be halved.
+            Error::DeviceMemory { .. } if can_shrink => Ok(Remedy::Shrink),
             failure => {
                 self.drawn();
                 Err(failure)
@@ -80,6 +84,7 @@ impl Misfortune {
 /// A renderer that survives its device.
 pub struct Survivor<'a> {
     scene: &'a Scene,
+    memory: Option<u64>,
     open: Box<dyn FnMut() -> Result<Gpu, Error> + 'a>,
     renderer: Option<Renderer>,
     recovery: Recovery,
@@ -94,8 +99,20 @@ impl<'a> Survivor<'a> {
         scene: &'a Scene,
         open: impl FnMut() -> Result<Gpu, Error> + 'a,
     ) -> Result<Survivor<'a>, Error> {
-        let mut survivor =
-            Survivor { scene, open: Box::new(open), renderer: None, recovery: Recovery::default() };
+        Survivor::with_memory(scene, None, open)
+    }
+
+    /// The same with so many bytes of the GPU's memory for vertices, as [`Renderer::with_memory`].
+    ///
+    /// # Errors
+    /// Those of `open` and of [`Renderer::with_memory`].
+    pub fn with_memory(
+        scene: &'a Scene,
+        memory: Option<u64>,
+        open: impl FnMut() -> Result<Gpu, Error> + 'a,
+    ) -> Result<Survivor<'a>, Error> {
+        let recovery = Recovery::default();
+        let mut survivor = Survivor { scene, memory, open: Box::new(open), renderer: None, recovery };
         survivor.surely(|_, _| Ok(()))?;
         Ok(survivor)
     }
@@ -104,7 +121,8 @@ impl<'a> Survivor<'a> {
     ///
     /// # Errors
     /// Those of [`Renderer::draw`] and of `then`. A lost device is rebuilt up to three times in the life of this
-    /// renderer and a frame without memory is drawn once more after all was given back; `then` may be called again.
+    /// renderer and a frame without memory is drawn once more after all was given back, and again with half the memory for
+    /// vertices as long as that can be halved; `then` may be called again.
     pub fn draw<T>(
         &mut self,
         camera: &crate::Camera,
@@ -130,24 +148,33 @@ impl<'a> Survivor<'a> {
         loop {
             let done = match &mut self.renderer {
                 Some(renderer) => work(renderer, self.scene),
-                None => match (self.open)().and_then(|gpu| Renderer::new(gpu, self.scene)) {
-                    Ok(renderer) => {
-                        self.renderer = Some(renderer);
-                        continue;
+                None => {
+                    match (self.open)().and_then(|gpu| Renderer::with_memory(gpu, self.scene, self.memory)) {
+                        Ok(renderer) => {
+                            self.renderer = Some(renderer);
+                            continue;
+                        }
+                        Err(error) => Err(error),
                     }
-                    Err(error) => Err(error),
-                },
+                }
             };
             match done {
                 Ok(done) => {
                     self.recovery.drawn();
                     return Ok(done);
                 }
-                Err(failure) => match self.recovery.remedy(failure)? {
-                    // The old one goes first: two may not fit side by side.
-                    Remedy::Rebuild => self.renderer = None,
-                    Remedy::Evict => self.renderer.iter_mut().for_each(Renderer::evict),
-                },
+                Err(failure) => {
+                    let can_shrink =
+                        self.renderer.as_ref().is_some_and(|renderer| renderer.can_shrink(self.scene));
+                    match self.recovery.remedy(failure, can_shrink)? {
+                        // The old one goes first: two may not fit side by side.
+                        Remedy::Rebuild => self.renderer = None,
+                        Remedy::Evict => self.renderer.iter_mut().for_each(Renderer::evict),
+                        Remedy::Shrink => {
+                            self.renderer.iter_mut().try_for_each(|renderer| renderer.shrink(self.scene))?;
+                        }
+                    }
+                }
             }
         }
     }
@@ -162,21 +189,22 @@ mod tests {
         let mut recovery = Recovery::default();
         let lost = || Error::DeviceLost { reason: "gone".to_owned() };
         for _ in 0..REBUILDS {
-            assert_eq!(recovery.remedy(lost()).unwrap(), Remedy::Rebuild);
+            assert_eq!(recovery.remedy(lost(), true).unwrap(), Remedy::Rebuild);
             recovery.drawn();
         }
-        assert!(matches!(recovery.remedy(lost()), Err(Error::DeviceLost { .. })), "for the whole run");
+        assert!(matches!(recovery.remedy(lost(), true), Err(Error::DeviceLost { .. })), "for the whole run");
     }
 
     #[test]
-    fn memory_is_given_back_once_a_frame_and_other_failures_stay() {
+    fn memory_is_given_back_once_a_frame_then_halved_and_other_failures_stay() {
         let mut recovery = Recovery::default();
         let memory = || Error::DeviceMemory { message: "none".to_owned() };
         for _ in 0..10 {
-            assert_eq!(recovery.remedy(memory()).unwrap(), Remedy::Evict);
-            assert!(matches!(recovery.remedy(memory()), Err(Error::DeviceMemory { .. })));
+            assert_eq!(recovery.remedy(memory(), true).unwrap(), Remedy::Evict);
+            assert_eq!(recovery.remedy(memory(), true).unwrap(), Remedy::Shrink);
+            assert!(matches!(recovery.remedy(memory(), false), Err(Error::DeviceMemory { .. })));
         }
         let other = Error::Device { message: "bad call".to_owned() };
-        assert!(matches!(recovery.remedy(other), Err(Error::Device { .. })));
+        assert!(matches!(recovery.remedy(other, true), Err(Error::Device { .. })));
     }
 }

@@ -1,6 +1,7 @@
 //! The renderer: a scene on a device, frame after frame.
 
 mod census;
+mod fitting;
 mod geometry;
 mod passes;
 mod rounds;
@@ -12,13 +13,13 @@ use crate::frame::corners::{Paint, PaintColor};
 use crate::frame::meshes::Meshes;
 use crate::frame::pieces::Piece;
 use crate::frame::plan::Plan;
-use crate::gpu::mesh::GpuMesh;
 use crate::gpu::occlusion::OcclusionQueries;
 use crate::gpu::pages::{Pages, Place};
 use crate::gpu::pipelines::{self, ClusterVertex, FrameUniform, InstanceRow, Pipelines, Sides};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::options::{ColorMode, Detail, FrameOptions};
+use crate::residency::Residency;
 use crate::scene::{Instance, Scene};
 use crate::stats::FrameStats;
 use crate::{Error, Gpu, Image};
@@ -28,7 +29,9 @@ use std::time::Instant;
 /// Draws frames of one scene.
 pub struct Renderer {
     gpu: Gpu,
-    meshes: Vec<GpuMesh>,
+    residency: Residency,
+    /// Whether each model stores normals.
+    smooth: Vec<bool>,
     frame_layout: wgpu::BindGroupLayout,
     uniform: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
@@ -73,11 +76,20 @@ struct Run {
 }
 
 impl Renderer {
-    /// Uploads a scene's models.
+    /// A renderer with as many of the scene's vertices on the GPU as the adapter allows.
     ///
     /// # Errors
-    /// [`Error::BufferSize`] if a model is larger than the adapter's buffers, or what the driver says.
+    /// What the driver says.
     pub fn new(gpu: Gpu, scene: &Scene) -> Result<Renderer, Error> {
+        Renderer::with_memory(gpu, scene, None)
+    }
+
+    /// A renderer whose vertices take no more than so many bytes of the GPU's memory. Where that is not enough for all
+    /// of the scene, those that a frame draws are uploaded, and a frame that needs more is drawn coarser.
+    ///
+    /// # Errors
+    /// [`Error::GpuMemory`] if that is not enough for a triangle, or what the driver says.
+    pub fn with_memory(gpu: Gpu, scene: &Scene, bytes: Option<u64>) -> Result<Renderer, Error> {
         let frame_layout = pipelines::frame_layout(&gpu.device);
         let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
@@ -90,12 +102,7 @@ impl Renderer {
             layout: &frame_layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
         });
-        let mut meshes = Vec::with_capacity(scene.models.len());
-        for model in &scene.models {
-            meshes.push(GpuMesh::upload(&gpu, &model.name, &model.tree)?);
-            // Submitting now frees the staging memory before the next model needs its own.
-            gpu.queue.submit([]);
-        }
+        let residency = Residency::new(&gpu, scene, bytes)?;
         gpu.check()?;
         Ok(Renderer {
             indices: Pages::new("indices", 4, wgpu::BufferUsages::INDEX),
@@ -104,7 +111,8 @@ impl Renderer {
             corners: Pages::new("corners", size_of::<ClusterVertex>() as u64, wgpu::BufferUsages::VERTEX),
             rows: Pages::new("instances", size_of::<InstanceRow>() as u64, wgpu::BufferUsages::VERTEX),
             gpu,
-            meshes,
+            residency,
+            smooth: scene.models.iter().map(|model| model.tree.normals().is_some()).collect(),
             frame_layout,
             uniform,
             bind_group,
@@ -149,18 +157,37 @@ impl Renderer {
         camera: &Camera,
         options: &FrameOptions,
     ) -> Result<FrameStats, Error> {
+        let drawn = self.draw_frame(scene, camera, options);
+        if drawn.is_err() {
+            self.residency.forget();
+        }
+        drawn
+    }
+
+    fn draw_frame(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &FrameOptions,
+    ) -> Result<FrameStats, Error> {
         let start = Instant::now();
         let mut stats = FrameStats { frame: self.frames, ..FrameStats::default() };
-        if let Detail::Gain(pixels) = options.detail {
-            stats.gain = Some(pixels);
-        }
         let view = camera.view(options.size, scene.near(camera.eye))?;
         let chooser = match &options.frozen {
             Some(frozen) => frozen.view(options.size, scene.near(frozen.eye))?,
             None => view,
         };
         self.prepare(options)?;
+        let fit = self.fit_into_memory(scene, &chooser, &view, options)?;
+        let asked = options.detail;
+        let options = &FrameOptions { detail: fit.detail, ..*options };
+        if let Detail::Gain(pixels) = options.detail {
+            stats.gain = Some(pixels);
+        }
         let plan = Plan::new(scene, &chooser, &view, options, &mut self.fitter, &mut stats)?;
+        if let (Some(budget), Detail::Triangles(wanted)) = (&mut stats.budget, asked) {
+            budget.wanted = wanted;
+        }
         let mut clock = start;
         stats.milliseconds.cut += lap(&mut clock);
 
@@ -173,6 +200,7 @@ impl Renderer {
         drawn?;
         self.finish_stage(options, "drawing")?;
         stats.milliseconds.draw += lap(&mut clock);
+        stats.memory = self.residency.stats(fit.coarser);
         stats.milliseconds.total = start.elapsed().as_secs_f64() * 1e3;
         self.gpu.check()?;
         self.frames = self.frames.wrapping_add(1);
@@ -201,12 +229,30 @@ impl Renderer {
 
     /// Gives back all memory that the next frame fills anew.
     pub(crate) fn evict(&mut self) {
+        self.residency.forget();
         self.target = None;
         self.queries = OcclusionQueries::default();
         for pages in [&mut self.indices, &mut self.corners, &mut self.rows] {
             pages.clear();
         }
         self.forget_cuts();
+    }
+
+    /// Whether the memory for vertices can be halved.
+    pub(crate) fn can_shrink(&self, scene: &Scene) -> bool {
+        self.residency.half(scene).is_some()
+    }
+
+    /// Halves the memory for vertices, after which frames may be coarser.
+    ///
+    /// # Errors
+    /// What the driver says.
+    pub(crate) fn shrink(&mut self, scene: &Scene) -> Result<(), Error> {
+        let Some(bytes) = self.residency.half(scene) else { return Ok(()) };
+        // The old one goes first: both may not fit side by side.
+        self.residency = Residency::Whole(Vec::new());
+        self.residency = Residency::new(&self.gpu, scene, Some(bytes))?;
+        Ok(())
     }
 
     /// Forgets what was kept of the scene's cuts; for when the scene's trees change.

@@ -76,12 +76,40 @@ pub struct FrameStats {
     /// The largest distance bound of a cluster drawn, in the scene's unit: how far its surface may lie from where it
     /// belongs.
     pub bound: f64,
+    /// The models' vertices on the GPU.
+    pub memory: MemoryStats,
     /// The tolerance in pixels, by the order of budgets, that `--fps` came to; absent without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain: Option<f64>,
     /// What became of a budget of triangles; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budget: Option<BudgetStats>,
+}
+
+/// The models' vertices on the GPU, in pages of 256.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MemoryStats {
+    /// Bytes of the memory that they may take: that of all of them, or of a pool of pages.
+    pub bytes: u64,
+    /// Pages of all models.
+    pub pages: u64,
+    /// Pages that were there after the frame.
+    pub pages_resident: u64,
+    /// Pages uploaded during the frame.
+    pub pages_uploaded: u64,
+    /// Pages that made room for them.
+    pub pages_evicted: u64,
+    /// By what the tolerance was multiplied, or a number of triangles divided, for the frame's pages to fit: 1 as a
+    /// rule, [`COARSEST`] where the coarsest mesh was drawn.
+    pub coarser: f64,
+}
+
+/// What [`MemoryStats::coarser`] says of the coarsest mesh; smaller factors are tried before it.
+pub const COARSEST: f64 = (1 << 24) as f64;
+
+/// A factor on a tolerance in words.
+pub(crate) fn coarser_in_words(factor: f64) -> String {
+    if factor < COARSEST { format!("{factor:.1} times coarser") } else { "as the coarsest mesh".to_owned() }
 }
 
 /// What became of a budget of triangles.
@@ -149,6 +177,9 @@ pub struct SettingStats {
     /// `--fps`; absent without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,
+    /// `--gpu-memory`, bytes; absent without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gpu_memory: Option<u64>,
     /// `--no-lod` is off.
     pub lod: bool,
     /// `--no-frustum` is off.

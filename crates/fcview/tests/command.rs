@@ -343,6 +343,32 @@ fn every_member_of_the_stats_is_in_the_documentation() {
 }
 
 #[test]
+fn too_little_memory_for_vertices_is_said_once_or_refused() {
+    model::gpu();
+    let folder = folder();
+    let run = |words: &str| {
+        let words =
+            format!("torus.fct --headless --size 64x48 --frames 3 --stats s.json --gpu-memory {words}");
+        fcview(folder.path(), &words)
+    };
+    let warning = "--gpu-memory does not hold the vertices of 3 frames";
+    for (size, short) in [("15K", true), ("1G", false)] {
+        let output = run(size);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(said.matches(warning).count(), usize::from(short), "{said}");
+        assert_eq!(said.matches("as the coarsest mesh; allow more").count(), usize::from(short), "{said}");
+        let text = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+        let stats: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let factor = stats["frames"][2]["memory"]["coarser"].as_f64().unwrap();
+        assert_eq!(factor, if short { 16_777_216.0 } else { 1.0 });
+        assert!(stats["settings"]["gpu_memory"].as_u64().is_some());
+    }
+    refused(&run("14K"), 5, &["error[FC524]", "15360"]);
+    refused(&run("much"), 2, &["800M"]);
+}
+
+#[test]
 fn a_run_survives_three_losses_of_the_device_and_ends_at_the_fourth() {
     model::gpu();
     let folder = folder();

@@ -99,7 +99,7 @@ fn paint_triangle(
         }
         let place = tree.vertices().get(vertex as usize).map_or([0.0; 3], |v| v.position());
         let own = || tree.colors().and_then(|colors| colors.get(vertex as usize)).copied();
-        let color = color.unwrap_or_else(|| own().unwrap_or(crate::gpu::mesh::CLAY));
+        let color = color.unwrap_or_else(|| own().unwrap_or(crate::gpu::vertices::CLAY));
         out.push(ClusterVertex { position: place, color, border });
     }
 }

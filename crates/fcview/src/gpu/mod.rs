@@ -3,12 +3,12 @@
 
 pub(crate) mod census;
 mod device;
-pub(crate) mod mesh;
 pub(crate) mod occlusion;
 pub(crate) mod pages;
 pub(crate) mod pipelines;
 pub(crate) mod readback;
 pub(crate) mod target;
+pub(crate) mod vertices;
 
 pub use device::Gpu;
 #[cfg(feature = "window")]

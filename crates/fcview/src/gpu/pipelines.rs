@@ -25,6 +25,16 @@ pub(crate) struct InstanceRow {
     pub(crate) center: [f32; 4],
 }
 
+/// A vertex of a model, as `surface.wgsl` reads it; 20 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct SurfaceVertex {
+    pub(crate) position: [f32; 3],
+    /// Octahedral coordinates; zero in models without normals.
+    pub(crate) normal: [i16; 2],
+    pub(crate) color: [u8; 4],
+}
+
 /// One corner of a triangle in the clusters mode, as `clusters.wgsl` reads it; 20 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -82,9 +92,8 @@ pub(crate) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 /// The attributes of an [`InstanceRow`].
 pub(crate) const INSTANCE_ATTRIBUTES: [wgpu::VertexAttribute; 4] =
     wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
-const POSITION_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![4 => Float32x3];
-const NORMAL_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![5 => Snorm16x2];
-const COLOR_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![6 => Unorm8x4];
+const SURFACE_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
+    wgpu::vertex_attr_array![4 => Float32x3, 5 => Snorm16x2, 6 => Unorm8x4];
 const CLUSTER_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
     wgpu::vertex_attr_array![4 => Float32x3, 5 => Unorm8x4, 6 => Unorm8x4];
 const POLYGON_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
@@ -126,12 +135,8 @@ impl Pipelines {
         let vertex = wgpu::VertexStepMode::Vertex;
         let instance_layout =
             layout(size_of::<InstanceRow>(), wgpu::VertexStepMode::Instance, &INSTANCE_ATTRIBUTES);
-        let surface_layouts = [
-            instance_layout.clone(),
-            layout(12, vertex, &POSITION_ATTRIBUTES),
-            layout(4, vertex, &NORMAL_ATTRIBUTES),
-            layout(4, vertex, &COLOR_ATTRIBUTES),
-        ];
+        let surface_layouts =
+            [instance_layout.clone(), layout(size_of::<SurfaceVertex>(), vertex, &SURFACE_ATTRIBUTES)];
         let cluster_layouts =
             [instance_layout, layout(size_of::<ClusterVertex>(), vertex, &CLUSTER_ATTRIBUTES)];
         let polygon_layouts = [layout(16, vertex, &POLYGON_ATTRIBUTES)];

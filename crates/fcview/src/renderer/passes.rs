@@ -7,21 +7,24 @@ use crate::gpu::pipelines::Look;
 /// What is set in a pass: look, model, and page of the triangles.
 type State = Option<(Look, usize, usize)>;
 
+/// Which of a frame's passes one is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ends {
+    /// It begins the picture.
+    pub(super) first: bool,
+    /// It completes the picture.
+    pub(super) last: bool,
+}
+
 impl Renderer {
     /// Draws runs in their order. Returns the number of triangles drawn.
-    pub(super) fn draw_runs(
-        &self,
-        frame: &Frame<'_>,
-        runs: &[Run],
-        first: bool,
-        last: bool,
-    ) -> Result<u64, Error> {
+    pub(super) fn draw_runs(&self, frame: &Frame<'_>, runs: &[Run], ends: Ends) -> Result<u64, Error> {
         let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else { return Ok(0) };
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let mut drawn = 0;
         {
-            let mut pass = target.begin(&mut encoder, "surface", first, last);
-            if first {
+            let mut pass = target.begin(&mut encoder, "surface", ends.first, ends.last);
+            if ends.first {
                 pass.set_pipeline(&pipelines.background);
                 pass.draw(0..3, 0..1);
             }
@@ -58,11 +61,11 @@ impl Renderer {
 
     /// Sets pipeline and buffers for a run, where they differ from the last one's.
     fn set_state(&self, pass: &mut wgpu::RenderPass<'_>, frame: &Frame<'_>, run: &Run, state: &mut State) {
-        let (Some(pipelines), Some(mesh)) = (&self.pipelines, self.meshes.get(run.model)) else { return };
-        let look = match (frame.paint.is_some(), mesh.has_normals) {
+        let Some(pipelines) = &self.pipelines else { return };
+        let look = match (frame.paint.is_some(), self.smooth.get(run.model)) {
             (true, _) => Look::Painted,
-            (false, true) => Look::Smooth,
-            (false, false) => Look::Flat,
+            (false, Some(true)) => Look::Smooth,
+            (false, _) => Look::Flat,
         };
         let new = (look, run.model, run.place.page);
         let old = state.replace(new);
@@ -84,13 +87,13 @@ impl Renderer {
             }
             return;
         }
-        if differs(|(_, model, _)| *model) {
-            pass.set_vertex_buffer(1, mesh.positions.slice(..));
-            pass.set_vertex_buffer(2, mesh.normals.slice(..));
-            pass.set_vertex_buffer(3, mesh.colors.slice(..));
+        if differs(|(_, model, _)| *model)
+            && let Some(vertices) = self.residency.buffer(run.model)
+        {
+            pass.set_vertex_buffer(1, vertices.slice(..));
         }
         if differs(|(_, _, page)| *page) {
-            let pages = if frame.draws_whole_models() { &self.whole_indices } else { &self.indices };
+            let pages = if self.draws_whole_models(frame) { &self.whole_indices } else { &self.indices };
             if let Some(indices) = pages.buffer(run.place.page) {
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
             }

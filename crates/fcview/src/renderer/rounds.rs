@@ -8,6 +8,7 @@
 //! # Paper
 //! [Tsuji07, 5.3]: clusters that nearer ones hide are found by occlusion queries and not drawn.
 
+use super::passes::Ends;
 use super::{Frame, Renderer, lap};
 use crate::Error;
 use crate::frame::pieces::{self, Piece};
@@ -45,8 +46,7 @@ impl Renderer {
                 now = self.shown(frame, now, stats)?;
                 stats.milliseconds.queries += lap(clock);
             }
-            let runs = self.geometry(frame, &now, clock, stats)?;
-            stats.counts.triangles_drawn += self.draw_runs(frame, &runs, first, last)?;
+            self.draw_pieces(frame, &now, Ends { first, last }, clock, stats)?;
             self.drawn.append(&mut now);
             if !last {
                 self.finish_stage(frame.options, "drawing")?;

@@ -105,7 +105,8 @@ impl<'a> App<'a> {
                 Arc::new(made.map_err(|error| Error::NoWindow { reason: error.to_string() })?)
             }
         };
-        let screen = Screen::open(window, &event_loop.owned_display_handle(), &self.scene)?;
+        let screen =
+            Screen::open(window, &event_loop.owned_display_handle(), &self.scene, self.cli.gpu_memory)?;
         let info = screen.renderer.gpu().info();
         if screen.renderer.gpu().is_software()
             && let Some(warn) = self.warn.take()
@@ -197,7 +198,8 @@ impl<'a> App<'a> {
             }
             Err(failure) => failure,
         };
-        let remedied = match self.recovery.remedy(failure) {
+        let can_shrink = self.screen.as_ref().is_some_and(|screen| screen.renderer.can_shrink(&self.scene));
+        let remedied = match self.recovery.remedy(failure, can_shrink) {
             Ok(Remedy::Rebuild) => {
                 let window = self.screen.take().map(|screen| Arc::clone(&screen.window));
                 self.open(event_loop, window)
@@ -208,6 +210,10 @@ impl<'a> App<'a> {
                 }
                 Ok(())
             }
+            Ok(Remedy::Shrink) => match &mut self.screen {
+                Some(screen) => screen.renderer.shrink(&self.scene),
+                None => Ok(()),
+            },
             Err(Error::Device { message }) if self.complaints < COMPLAINTS => {
                 self.complaints += 1;
                 self.panel.message = message;
@@ -317,7 +323,7 @@ impl<'a> App<'a> {
         let loaded = open_scene(&cli).and_then(|scene| {
             if let Some(screen) = &mut self.screen {
                 let gpu = screen.renderer.gpu().clone();
-                screen.renderer = Renderer::new(gpu, &scene)?;
+                screen.renderer = Renderer::with_memory(gpu, &scene, self.cli.gpu_memory)?;
             }
             Ok(scene)
         });

@@ -4,7 +4,7 @@ use super::history::History;
 use super::input::KEYS;
 use super::navigation::{Mode, Navigation};
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
-use crate::stats::{FrameStats, grouped};
+use crate::stats::{FrameStats, coarser_in_words, grouped};
 use crate::steering::Steering;
 use egui::{CollapsingHeader, RichText, Slider, Ui};
 
@@ -194,6 +194,11 @@ impl Panel {
         let drawn = self.stats.counts.triangles_drawn;
         let part = if self.faces > 0 { 100.0 * drawn as f64 / self.faces as f64 } else { 0.0 };
         ui.label(format!("{} of {} triangles ({part:.1} %)", grouped(drawn), grouped(self.faces)));
+        let coarser = self.stats.memory.coarser;
+        if coarser > 1.0 {
+            let text = format!("graphics memory is full: {}", coarser_in_words(coarser));
+            ui.label(RichText::new(text).color(ui.visuals().warn_fg_color));
+        }
     }
 
     fn switches(&mut self, ui: &mut Ui) {
@@ -279,7 +284,7 @@ fn camera(ui: &mut Ui, navigation: &mut Navigation, recording: bool, wishes: &mu
 }
 
 fn counts(ui: &mut Ui, stats: &FrameStats) {
-    let counts = &stats.counts;
+    let (counts, memory) = (&stats.counts, &stats.memory);
     let outside = format!("{} of {}", grouped(counts.instances_outside), grouped(counts.instances));
     let rows = [
         ("instances out of sight", outside),
@@ -294,6 +299,10 @@ fn counts(ui: &mut Ui, stats: &FrameStats) {
         ("pieces hidden", grouped(counts.batches_culled_occlusion.saturating_sub(counts.instances_hidden))),
         ("faces hidden", grouped(counts.faces_hidden)),
         ("triangles drawn", grouped(counts.triangles_drawn)),
+        ("vertices, MB", format!("{:.1}", memory.bytes as f64 / 1e6)),
+        ("pages there", format!("{} of {}", grouped(memory.pages_resident), grouped(memory.pages))),
+        ("pages uploaded", grouped(memory.pages_uploaded)),
+        ("pages evicted", grouped(memory.pages_evicted)),
     ];
     table(ui, rows.into_iter());
 }

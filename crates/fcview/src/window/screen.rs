@@ -50,11 +50,12 @@ pub(super) enum Shown {
 }
 
 impl Screen {
-    /// Opens a device that can draw to the window and uploads the scene.
+    /// Opens a device that can draw to the window, with so many bytes for the scene's vertices.
     pub(super) fn open(
         window: Arc<Window>,
         display: &OwnedDisplayHandle,
         scene: &Scene,
+        gpu_memory: Option<u64>,
     ) -> Result<Screen, Error> {
         let (gpu, surface) = crate::gpu::first_that_works(|backends| {
             let handle = Box::new(display.clone());
@@ -91,7 +92,7 @@ impl Screen {
             None,
             Some(limit as usize),
         );
-        let renderer = Renderer::new(gpu, scene)?;
+        let renderer = Renderer::with_memory(gpu, scene, gpu_memory)?;
         let mut screen = Screen {
             renderer,
             egui_renderer,
