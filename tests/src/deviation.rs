@@ -102,7 +102,8 @@ impl<'a> Probe<'a> {
         let corner = |v: &u32| selection.position(&self.tree.vertices()[*v as usize]);
         let displaced =
             mesh.indices.iter().map(|v| corner(v).distance(position(self.tree, *v))).fold(0.0, f64::max);
-        let promised = f64::from(selection.bound(self.tree, &mesh.stats)) + displaced;
+        let bound = selection.bound(self.tree, &mesh.stats).unwrap_or_else(|e| panic!("{e}"));
+        let promised = f64::from(bound) + displaced;
         let allowed = |p: DVec3| match selection.tolerance {
             _ if selection.order == Order::Budget => promised,
             Tolerance::Full => 0.0,

@@ -45,9 +45,9 @@ fn selections(tree: &Tree, uniform: usize, views: usize, budgets: usize) -> Vec<
     all
 }
 
-/// Holds the promise against samples, up to `most` times what is promised, and prints what they show. The median of the clusters' bounds over what is
+/// Holds the promise against samples, and prints what they show. The median of the clusters' bounds over what is
 /// measured comes back, of those selections that draw at most every second face.
-fn check(name: &str, tree: &Tree, per_face: usize, selections: &[Selection], most: f64) -> f64 {
+fn check(name: &str, tree: &Tree, per_face: usize, selections: &[Selection]) -> f64 {
     let probe = Probe::new(tree, per_face);
     let mut looseness = Vec::new();
     let mut worst = 0.0_f64;
@@ -79,7 +79,7 @@ fn check(name: &str, tree: &Tree, per_face: usize, selections: &[Selection], mos
             looseness.push(d.looseness());
         }
     }
-    assert!(worst <= most, "{name}: surface and mesh are {worst:.3} times as far apart as promised");
+    assert!(worst <= 1.0, "{name}: surface and mesh are {worst:.3} times as far apart as promised");
     looseness.sort_unstable_by(f64::total_cmp);
     looseness.get(looseness.len() / 2).copied().unwrap_or(1.0)
 }
@@ -99,7 +99,7 @@ fn made_in_memory() {
     ];
     for (name, soup) in all {
         let tree = trees::tree_of(soup);
-        check(name, &tree, 6, &selections(&tree, 8, 4, 3), 1.0);
+        check(name, &tree, 6, &selections(&tree, 8, 4, 3));
     }
 }
 
@@ -110,9 +110,10 @@ fn sample_meshes() {
         for split in [SplitMode::Quality, SplitMode::Paper, SplitMode::Merge] {
             let tree = trees::tree_by(soup.clone(), split);
             let name = format!("{name}, {}", split.as_str());
-            let looseness = check(&name, &tree, 1, &selections(&tree, 6, 3, 3), 1.0);
+            let looseness = check(&name, &tree, 1, &selections(&tree, 6, 3, 3));
             // The median of bounds over measured distances; what the bound costs.
-            assert!(looseness < 2.4, "{name}: {looseness:.2}");
+            let most = if split == SplitMode::Quality { 2.4 } else { 2.6 };
+            assert!(looseness < most, "{name}: {looseness:.2}");
         }
     }
 }
@@ -188,14 +189,14 @@ fn campaign_of_folded_meshes() {
             ("pieces", meshes::pieces(seed)),
         ] {
             let tree = trees::tree_of(soup);
-            check(&format!("{name} {seed}"), &tree, 6, &selections(&tree, 12, 8, 4), 1.0);
+            check(&format!("{name} {seed}"), &tree, 6, &selections(&tree, 12, 8, 4));
         }
     }
 }
 
-fn check_scan(name: &str, most: f64) {
+fn check_scan(name: &str) {
     let tree = trees::tree_of(trees::scan(name));
-    let looseness = check(name, &tree, 1, &selections(&tree, 12, 6, 5), most);
+    let looseness = check(name, &tree, 1, &selections(&tree, 12, 6, 5));
     println!("{name}: bounds {looseness:.2} times what is measured");
     let (worst, _) = worst_pixels(&tree, 4);
     assert!(worst <= 1.0, "{name}: {worst:.3} of the pixels");
@@ -204,18 +205,17 @@ fn check_scan(name: &str, most: f64) {
 #[test]
 #[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
 fn scans_bunny() {
-    check_scan("bunny.ply", 1.0);
+    check_scan("bunny.ply");
 }
 
 #[test]
 #[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
 fn scans_armadillo() {
-    check_scan("armadillo.ply", 1.0);
+    check_scan("armadillo.ply");
 }
 
 #[test]
 #[ignore = "needs the scans that FCT_DATA names; cargo xtask campaign runs it"]
 fn scans_dragon() {
-    // Two points of one polygon are known to be 4 % farther from the surface; it must not become more.
-    check_scan("dragon.ply", 1.05);
+    check_scan("dragon.ply");
 }

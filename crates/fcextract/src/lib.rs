@@ -24,6 +24,7 @@
 //! `[Tsuji07]` 5.1 and 5.2.
 
 mod batch;
+mod bound;
 mod budget;
 mod copies;
 mod corners;

@@ -2,9 +2,9 @@
 
 use crate::extra::Extra;
 use crate::region::{self, Region};
-use crate::{Error, Perspective, Stats, Tolerance};
+use crate::{Error, Perspective, Tolerance};
 use fcgeom::Frustum;
-use fct::{ChildRef, Node, Reader, Tree, VertexRecord};
+use fct::{ChildRef, Node, Reader, VertexRecord};
 use glam::DVec3;
 
 /// Which of the two stored keys a tolerance is held against.
@@ -82,18 +82,6 @@ impl Selection {
         let sphere = || (DVec3::from_array(vertex.center()), vertex.radius());
         let allowed = self.allowed(sphere).unwrap_or(0.0);
         place + DVec3::from_array(vertex.displaced(allowed))
-    }
-
-    /// What the mesh that was drawn, without displacements, is bounded by: no point of the surface is farther from it, and
-    /// no point of it from the surface. A length in the tree's unit.
-    ///
-    /// It is the largest bound of a cluster drawn or of a vertex left out: along open edges and folds only the vertices
-    /// say how far the surface is from the chords. All vertices are looked at.
-    pub fn bound(&self, tree: &Tree, drawn: &Stats) -> f32 {
-        let left_out = |(index, vertex): (u32, &VertexRecord)| {
-            if self.activates(index, vertex) { 0.0 } else { vertex.bound() }
-        };
-        (0..).zip(tree.vertices()).map(left_out).fold(drawn.bound, f32::max)
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

@@ -33,10 +33,19 @@ pub(super) struct Slab {
 }
 
 impl Slab {
+    /// How far polygon and surface may be from each other along its direction.
+    pub(super) fn height(&self) -> f64 {
+        (self.extent.1 - self.border.0).max(self.border.1 - self.extent.0)
+    }
+
+    /// How far cluster and polygon may be along its direction from points of some heights.
+    pub(super) fn reach(&self, heights: impl Iterator<Item = f64>) -> f64 {
+        heights.map(|h| (self.extent.1 - h).max(h - self.extent.0)).fold(0.0, f64::max)
+    }
+
     /// How far polygon and surface may be from each other.
     pub(super) fn bound(&self) -> f64 {
-        let apart = (self.extent.1 - self.border.0).max(self.border.1 - self.extent.0);
-        apart.max(self.least) * RIDGE
+        (self.height() * RIDGE).max(self.least)
     }
 
     /// Widens the extent to a height.

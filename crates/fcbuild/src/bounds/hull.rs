@@ -8,10 +8,57 @@ use glam::DVec2;
 pub(super) struct Hull {
     points: Vec<DVec2>,
     corners: Vec<DVec2>,
-    /// Where each edge starts, and the way along it.
-    edges: Vec<(DVec2, DVec2)>,
+    edges: Vec<Edge>,
     low: DVec2,
     high: DVec2,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    start: DVec2,
+    along: DVec2,
+    /// A cross product of the edge with a way to a point in the hull may be off by as much.
+    rounding: f64,
+}
+
+impl Edge {
+    /// Cuts off the part of a segment that lies beyond it; `None` if all of it does.
+    #[inline]
+    fn cut(&self, p: DVec2, q: DVec2, (from, to): &mut (f64, f64)) -> Option<()> {
+        let (at_p, at_q) = (self.along.perp_dot(p - self.start), self.along.perp_dot(q - self.start));
+        if at_p < 0.0 && at_q < 0.0 {
+            return None;
+        }
+        if at_p < 0.0 {
+            *from = from.max(at_p / (at_p - at_q));
+        } else if at_q < 0.0 {
+            *to = to.min(at_p / (at_p - at_q));
+        }
+        Some(())
+    }
+}
+
+/// On which side of a hull's edges a point lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    /// A bit for each edge that it lies beyond; edges 64 apart share one.
+    beyond: u64,
+    /// Whether it is farther inside than rounding could put it.
+    is_deep: bool,
+}
+
+impl Side {
+    /// Whether it lies inside or on an edge.
+    #[inline]
+    pub(super) fn is_in(self) -> bool {
+        self.beyond == 0
+    }
+
+    /// Whether it lies inside, by more than rounding.
+    #[inline]
+    pub(super) fn is_deep(self) -> bool {
+        self.is_deep
+    }
 }
 
 /// A cross product counts as zero below this share of the lengths in it: points that are seen on a line then stay there.
@@ -23,15 +70,27 @@ impl Hull {
         let Hull { points: sorted, corners, .. } = self;
         sorted.clear();
         sorted.extend(points);
-        sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         corners.clear();
-        add_chain(corners, sorted.iter());
-        add_chain(corners, sorted.iter().rev());
-        self.edges.clear();
-        let next = self.corners.iter().skip(1).chain(self.corners.first());
-        self.edges.extend(self.corners.iter().zip(next).map(|(u, v)| (*u, *v - *u)));
+        if let [a, b, c] = sorted[..]
+            && let turn = (b - a).perp_dot(c - a)
+            && turn != 0.0
+        {
+            // Most arcs have one vertex between their ends.
+            corners.extend(if turn > 0.0 { [a, b, c] } else { [a, c, b] });
+        } else {
+            sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+            add_chain(corners, sorted.iter());
+            add_chain(corners, sorted.iter().rev());
+        }
         self.low = self.corners.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
         self.high = self.corners.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
+        let across = (self.high - self.low).length();
+        self.edges.clear();
+        let next = self.corners.iter().skip(1).chain(self.corners.first());
+        self.edges.extend(self.corners.iter().zip(next).map(|(u, v)| {
+            let along = *v - *u;
+            Edge { start: *u, along, rounding: ROUNDING * along.length() * across }
+        }));
     }
 
     /// Whether it has an inside.
@@ -44,32 +103,47 @@ impl Hull {
     pub(super) fn holds(&self, p: DVec2) -> bool {
         p.cmpgt(self.low).all()
             && p.cmplt(self.high).all()
-            && self.edges.iter().all(|(u, along)| is_left(*along, p - *u))
+            && self.edges.iter().all(|edge| is_left(edge.along, p - edge.start))
     }
 
-    /// The part of a segment that lies in it, as shares of the segment's length.
+    /// On which side of its edges a point lies.
     #[inline]
-    pub(super) fn clip(&self, p: DVec2, q: DVec2) -> Option<(f64, f64)> {
-        if !(p.max(q).cmpge(self.low).all() && p.min(q).cmple(self.high).all()) {
-            return None;
+    pub(super) fn side(&self, p: DVec2) -> Side {
+        let mut side = Side { beyond: 0, is_deep: true };
+        for (i, edge) in self.edges.iter().enumerate() {
+            let cross = edge.along.perp_dot(p - edge.start);
+            side.beyond |= u64::from(cross < 0.0) << (i & 63);
+            side.is_deep &= cross > edge.rounding;
         }
-        self.clip_near(p, q)
+        side
     }
 
-    fn clip_near(&self, p: DVec2, q: DVec2) -> Option<(f64, f64)> {
-        let (mut from, mut to) = (0.0_f64, 1.0_f64);
-        for &(u, along) in &self.edges {
-            let (at_p, at_q) = (along.perp_dot(p - u), along.perp_dot(q - u));
-            if at_p < 0.0 && at_q < 0.0 {
-                return None;
-            }
-            if at_p < 0.0 {
-                from = from.max(at_p / (at_p - at_q));
-            } else if at_q < 0.0 {
-                to = to.min(at_p / (at_p - at_q));
+    /// Whether a segment comes near.
+    #[inline]
+    pub(super) fn is_near(&self, p: DVec2, q: DVec2) -> bool {
+        p.max(q).cmpge(self.low).all() && p.min(q).cmple(self.high).all()
+    }
+
+    /// The part of a segment that lies in it, as shares of the segment's length; of its ends it is known on which sides
+    /// they lie.
+    #[inline]
+    pub(super) fn clip(&self, (p, p_side): (DVec2, Side), (q, q_side): (DVec2, Side)) -> Option<(f64, f64)> {
+        let mut part = (0.0_f64, 1.0_f64);
+        let mut crossed = p_side.beyond | q_side.beyond;
+        if crossed == 0 {
+            return Some(part);
+        }
+        if self.edges.len() > 64 {
+            self.edges.iter().try_for_each(|edge| edge.cut(p, q, &mut part))?;
+        } else if p_side.beyond & q_side.beyond != 0 {
+            return None;
+        } else {
+            while crossed != 0 {
+                self.edges[crossed.trailing_zeros() as usize].cut(p, q, &mut part)?;
+                crossed &= crossed - 1;
             }
         }
-        (from <= to).then_some((from, to))
+        (part.0 <= part.1).then_some(part)
     }
 
     /// Whether some of it lies to the right of the line from `p` to `q`.
@@ -139,7 +213,7 @@ mod tests {
                 }
                 let ends = random_points(2, &mut state);
                 let (p, q) = (ends[0] * 1.3 - 1.0, ends[1] * 1.3 - 1.0);
-                let clipped = hull.clip(p, q);
+                let clipped = hull.clip((p, hull.side(p)), (q, hull.side(q)));
                 for i in 0..=200 {
                     let t = f64::from(i) / 200.0;
                     let at = p + (q - p) * t;

@@ -1,6 +1,7 @@
 //! What is measured on every node: error bounds and normal cone.
 
 mod distance;
+mod flood;
 mod hull;
 mod node;
 mod outliers;

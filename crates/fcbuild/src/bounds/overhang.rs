@@ -7,34 +7,29 @@
 //! cover. `docs/bound.md` has the argument.
 
 use super::distance::Slab;
+use super::flood::{Around, Flood, Gaze, Seen};
 use super::hull::Hull;
 use super::node::Cluster;
 use crate::arcs::loops::LAST;
 use crate::arcs::polyline;
-use crate::mesh::NONE;
 use crate::tree_order::TreeMesh;
-use glam::{DVec2, DVec3};
-use std::collections::HashSet;
+use glam::DVec3;
 
-/// Cosine of the steepest angle (60 degrees) at which a face still counts as surface under a polygon. Steeper ones raise
-/// slabs more than a corner costs that keeps the polygon away from them.
-const STEEP: f64 = 0.5;
+/// An arc over a steep place is left as it is if that raises the cluster's bound to at most so many times the height of
+/// its slab; else it gets a corner more. Less means more corners, more means larger bounds: between 1.8 and 2.2 the
+/// number of triangles hardly changes.
+const RAISE_UP_TO: f64 = 2.0;
 
-/// An arc over a steep place is left as it is if it is at most so many times the cluster's bound from its chord, and
-/// the bound is raised to that; else it gets a corner more. Less means more corners, more means larger bounds: between
-/// 1.2 and 2 the number of triangles hardly changes.
-const RAISE_UP_TO: f64 = 1.5;
-
-/// By what part of the cluster's bound an arc may reach beyond the chord of the next one: polygons overlap themselves by
+/// By what part of the height of its slab an arc may reach beyond the chord of the next one: polygons overlap themselves by
 /// as much at a corner.
 const DEEP: f64 = 0.5;
 
 /// Looks at clusters, one after the other in the same memory.
 #[derive(Debug, Default)]
 pub(super) struct Overhang {
-    /// Of the border's vertices: where they are seen.
-    seen: Vec<DVec2>,
-    /// Places on the border of the corners, ascending from the first one; beyond the border's end they go on around it.
+    /// Of the border's vertices, twice around: where they are seen.
+    seen: Vec<Seen>,
+    /// Places on the border of the corners, ascending from the first one; the last is the first again, a turn on.
     corners: Vec<usize>,
     /// Half-edges that start at vertices to be corners too.
     added: Vec<u32>,
@@ -46,8 +41,6 @@ pub(super) struct Overhang {
 struct Border<'a> {
     mesh: &'a TreeMesh,
     at: &'a Cluster<'a>,
-    x: DVec3,
-    y: DVec3,
 }
 
 impl Border<'_> {
@@ -67,15 +60,11 @@ impl Border<'_> {
         self.mesh.positions[self.mesh.origin(self.half_edge(place)) as usize].as_dvec3()
     }
 
-    fn project(&self, p: DVec3) -> DVec2 {
-        DVec2::new(self.x.dot(p), self.y.dot(p))
-    }
-
-    /// The place of an arc that is farthest from the arc's chord, and its distance.
-    fn farthest(&self, from: usize, to: usize) -> (usize, f64) {
+    /// The place of an arc that is farthest from the arc's chord.
+    fn farthest(&self, from: usize, to: usize) -> usize {
         let (a, b) = (self.position(from), self.position(to));
         let off = |place: usize| (place, polyline::distance_to_segment(self.position(place), a, b));
-        (from + 1..to).map(off).fold((from, -1.0), |best, x| if x.1 > best.1 { x } else { best })
+        (from + 1..to).map(off).fold((from, -1.0), |best, x| if x.1 > best.1 { x } else { best }).0
     }
 }
 
@@ -89,163 +78,96 @@ impl Overhang {
         slab: &mut Slab,
         may_add: bool,
     ) -> &[u32] {
-        let (x, y) = fcgeom::tangent_frame(slab.direction);
-        let border = Border { mesh, at, x, y };
+        let border = Border { mesh, at };
         let n = border.len();
         self.added.clear();
         self.corners.clear();
         self.corners.extend((0..n).filter(|&place| border.is_corner(place)));
         if self.corners.len() < n && !self.corners.is_empty() {
+            let gaze = Gaze::along(slab.direction);
             self.seen.clear();
-            self.seen.extend((0..n).map(|place| border.project(border.position(place))));
-            if may_add {
-                self.untangle(&border, DEEP * slab.bound());
-            }
+            self.seen.extend((0..n).map(|place| gaze.see(border.position(place))));
+            self.seen.extend_from_within(..);
             self.corners.push(self.corners[0] + n);
-            self.widen_by_arcs(&border, slab, may_add);
+            self.widen_by_arcs(&border, gaze, slab, may_add);
         }
         &self.added
     }
 
-    /// Adds corners until no vertex of an arc is seen in the hull of another that does not meet it: then chains of
+    fn widen_by_arcs(&mut self, border: &Border<'_>, gaze: Gaze, slab: &mut Slab, may_add: bool) {
+        let n = border.len();
+        let narrow = *slab;
+        let height = narrow.height();
+        let mut i = 0;
+        while let [from, to, ..] = self.corners[i..] {
+            if to == from + 1 {
+                i += 1;
+                continue;
+            }
+            self.hull.surround(self.seen[from..=to].iter().map(|seen| seen.at));
+            if !self.hull.has_area() {
+                i += 1;
+                continue;
+            }
+            if may_add && self.is_tangled(i, n, DEEP * height) {
+                self.add_corner(border, i + 1, border.farthest(from, to));
+                continue;
+            }
+            let mut wide = *slab;
+            let around = Around { mesh: border.mesh, cluster: border.at, gaze, hull: &self.hull };
+            let edges = self.seen.array_windows().take(n).zip(border.at.loops);
+            if !self.flood.look(around, edges.map(|(ends, h)| (h & !LAST, ends)), &mut wide) {
+                let arc = self.seen[from..=to].iter().map(|seen| seen.height);
+                let distance = self.aside(from, to).hypot(narrow.reach(arc));
+                if may_add && distance > RAISE_UP_TO * height {
+                    self.add_corner(border, i + 1, border.farthest(from, to));
+                    continue;
+                }
+                wide.raise(distance);
+            }
+            *slab = wide;
+            i += 1;
+        }
+    }
+
+    /// Whether a vertex of the border is seen in the hull of an arc that does not meet it: if none is, then chains of
     /// different arcs do not cross, and the polygon does not overlap itself. Arcs that meet mostly reach into each other's
     /// hulls near their common corner; there a vertex counts that lies beyond the chord by more than `deep`.
-    fn untangle(&mut self, border: &Border<'_>, deep: f64) {
-        let n = border.len();
-        let mut i = 0;
-        while i < self.corners.len() {
-            let count = self.corners.len();
-            let corner = |i: usize| self.corners[i % count] + i / count * n;
-            let (from, to) = (corner(i), corner(i + 1));
-            self.hull.surround((from..=to).map(|place| self.seen[place % n]));
-            let (a, b) = (self.seen[from % n], self.seen[to % n]);
-            let next = to..=corner(i + 2).min(from + n);
-            let last = corner(i + count - 1).max(to)..=from + n;
-            let is_tangled = |place: usize| {
-                let p = self.seen[place % n];
-                let meets = next.contains(&place) || last.contains(&place);
-                let is_beyond = || (b - a).perp_dot(p - a) < -deep * (b - a).length();
-                self.hull.holds(p) && (!meets || is_beyond())
-            };
-            if to > from + 1 && self.hull.has_area() && (to + 1..from + n).any(is_tangled) {
-                let (far, _) = border.farthest(from, to);
-                self.add_corner(border, i + 1, far);
-            } else {
-                i += 1;
-            }
+    fn is_tangled(&self, arc: usize, n: usize, deep: f64) -> bool {
+        let count = self.corners.len() - 1;
+        let corner = |i: usize| if i < count { self.corners[i] } else { self.corners[i - count] + n };
+        let (from, to) = (corner(arc), corner(arc + 1));
+        let (a, b) = (self.seen[from].at, self.seen[to].at);
+        let beyond = -deep * (b - a).length();
+        // The ends of the arcs before and after.
+        let next = corner(arc + 2).min(from + n);
+        let last = corner(arc + count - 1).max(to);
+        (to + 1..from + n).any(|place| {
+            let p = self.seen[if place < 2 * n { place } else { place - n }].at;
+            let meets = place <= next || place >= last;
+            self.hull.holds(p) && (!meets || (b - a).perp_dot(p - a) < beyond)
+        })
+    }
+
+    /// How far, as they are seen, a point in the hull of an arc may be from any curve in the hull that joins the arc's
+    /// ends: across the chord all such curves pass between the arc's farthest vertices to the left and to the right.
+    fn aside(&self, from: usize, to: usize) -> f64 {
+        let (a, b) = (self.seen[from].at, self.seen[to].at);
+        let along = (b - a).normalize_or_zero();
+        let (mut left, mut right, mut beyond) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for seen in &self.seen[from..=to] {
+            let way = seen.at - a;
+            let across = along.perp_dot(way);
+            (left, right) = (left.max(across), right.max(-across));
+            let past = way - along * way.dot(along).clamp(0.0, (b - a).length());
+            beyond = beyond.max(past.length());
         }
+        beyond.max(left + right)
     }
 
     /// Makes a place of the border the corner at `index`.
     fn add_corner(&mut self, border: &Border<'_>, index: usize, place: usize) {
         self.added.push(border.half_edge(place));
         self.corners.insert(index, place);
-    }
-
-    fn widen_by_arcs(&mut self, border: &Border<'_>, slab: &mut Slab, may_add: bool) {
-        let n = border.len();
-        let narrow = slab.bound();
-        let mut i = 0;
-        while i + 1 < self.corners.len() {
-            let (from, to) = (self.corners[i], self.corners[i + 1]);
-            if to > from + 1 {
-                self.hull.surround((from..=to).map(|place| self.seen[place % n]));
-                let mut wide = *slab;
-                if !self.flood.look(border, &self.seen, &self.hull, &mut wide) {
-                    let (far, distance) = border.farthest(from, to);
-                    if may_add && distance > RAISE_UP_TO * narrow {
-                        self.add_corner(border, i + 1, far);
-                        continue;
-                    }
-                    wide.raise(distance);
-                }
-                *slab = wide;
-            }
-            i += 1;
-        }
-    }
-}
-
-/// A walk over the faces around a cluster, from its border on.
-#[derive(Debug, Default)]
-struct Flood {
-    waiting: Vec<u32>,
-    visited: Visited,
-}
-
-impl Flood {
-    /// Widens the slab by what is seen in a hull of the surface beyond the border; false if some of it is steep, and left
-    /// out.
-    fn look(&mut self, border: &Border<'_>, seen: &[DVec2], hull: &Hull, slab: &mut Slab) -> bool {
-        let Border { mesh, at, .. } = *border;
-        let Flood { waiting, visited } = self;
-        if !hull.has_area() {
-            return true;
-        }
-        waiting.clear();
-        visited.clear();
-        for (place, p) in seen.iter().enumerate() {
-            let q = seen[if place + 1 == seen.len() { 0 } else { place + 1 }];
-            let across = mesh.opposite[border.half_edge(place) as usize];
-            // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
-            if across != NONE && hull.clip(*p, q).is_some() && hull.reaches_right(*p, q) {
-                waiting.push(across / 3);
-            }
-        }
-        let mut is_covered = true;
-        while let Some(face) = waiting.pop() {
-            if !visited.insert(face) {
-                continue;
-            }
-            let normal = mesh.face_normals[face as usize].as_dvec3();
-            // A face without area is a line, whichever way it is seen.
-            if normal != DVec3::ZERO && normal.dot(slab.direction) < STEEP {
-                is_covered = false;
-                continue;
-            }
-            let corners = mesh.faces[face as usize].map(|v| mesh.positions[v as usize].as_dvec3());
-            let corners = corners.map(|p| (border.project(p), slab.direction.dot(p)));
-            for (edge, (p, p_height)) in corners.into_iter().enumerate() {
-                let (q, q_height) = corners[(edge + 1) % 3];
-                let Some((from, to)) = hull.clip(p, q) else { continue };
-                for share in [from, to] {
-                    slab.add(p_height + (q_height - p_height) * share);
-                }
-                let across = mesh.opposite[3 * face as usize + edge];
-                let is_beyond = across != NONE && !at.faces.contains(&(across as usize / 3));
-                if is_beyond && from < to && hull.reaches_right(p, q) {
-                    waiting.push(across / 3);
-                }
-            }
-        }
-        is_covered
-    }
-}
-
-/// Faces that a flood has come by: mostly a handful.
-#[derive(Debug, Default)]
-struct Visited {
-    few: Vec<u32>,
-    many: HashSet<u32>,
-}
-
-impl Visited {
-    const FEW: usize = 32;
-
-    fn clear(&mut self) {
-        self.few.clear();
-        self.many.clear();
-    }
-
-    /// Whether the face is new.
-    fn insert(&mut self, face: u32) -> bool {
-        if self.few.contains(&face) {
-            return false;
-        }
-        if self.few.len() < Visited::FEW {
-            self.few.push(face);
-            return true;
-        }
-        self.many.insert(face)
     }
 }

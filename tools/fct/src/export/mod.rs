@@ -135,7 +135,7 @@ fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Resu
         vertices: mesh.buffers.positions.len() as u64,
         clusters: cut.stats.clusters,
         collapsed: mesh.buffers.collapsed,
-        bound: f64::from(selection.bound(tree, &cut.stats)) + mesh.buffers.longest_step,
+        bound: f64::from(selection.bound(tree, &cut.stats)?) + mesh.buffers.longest_step,
         chosen_by: match settings.detail {
             Detail::Full | Detail::Within(_) => ChosenBy::Bound,
             Detail::Epsilon(_) => ChosenBy::Epsilon,

@@ -1,0 +1,237 @@
+//! A walk over the faces around a cluster, within what is seen in a hull.
+
+use super::distance::Slab;
+use super::hull::{Hull, Side};
+use super::node::Cluster;
+use crate::mesh::NONE;
+use crate::tree_order::TreeMesh;
+use glam::{DMat3, DVec2, DVec3};
+
+/// Cosine of the steepest angle (72.5 degrees) at which a face still counts as surface under a polygon. Steeper ones
+/// raise slabs more than a corner costs that keeps the polygon away from them.
+const STEEP: f64 = 0.3;
+
+/// Where a vertex is seen: across the direction of a slab, and how high.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    pub(super) at: DVec2,
+    pub(super) height: f64,
+}
+
+/// A direction to look along: rows across it, and its own.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gaze(DMat3);
+
+impl Gaze {
+    /// Along a unit vector.
+    pub(super) fn along(direction: DVec3) -> Gaze {
+        let (x, y) = fcgeom::tangent_frame(direction);
+        Gaze(DMat3::from_cols(x, y, direction).transpose())
+    }
+
+    #[inline]
+    pub(super) fn see(&self, p: DVec3) -> Seen {
+        let p = self.0 * p;
+        Seen { at: p.truncate(), height: p.z }
+    }
+}
+
+/// A vertex that the flood has come to.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    seen: Seen,
+    side: Side,
+}
+
+/// A face to be looked at.
+#[derive(Debug)]
+struct Waiting {
+    /// The half-edge by which the flood comes to it.
+    half_edge: u32,
+    /// Where that starts and ends.
+    ends: [Reached; 2],
+}
+
+/// The memory of floods, one after the other.
+#[derive(Debug, Default)]
+pub(super) struct Flood {
+    waiting: Vec<Waiting>,
+    visited: Visited,
+}
+
+/// What a flood goes by.
+#[derive(Clone, Copy)]
+pub(super) struct Around<'a> {
+    pub(super) mesh: &'a TreeMesh,
+    pub(super) cluster: &'a Cluster<'a>,
+    pub(super) gaze: Gaze,
+    pub(super) hull: &'a Hull,
+}
+
+impl Flood {
+    /// Widens the slab by what is seen in a hull of the surface beyond the border, whose half-edges come with where their
+    /// ends are seen; false if some of it is steep, and left out.
+    pub(super) fn look<'b>(
+        &mut self,
+        around: Around<'_>,
+        border: impl Iterator<Item = (u32, &'b [Seen; 2])>,
+        slab: &mut Slab,
+    ) -> bool {
+        let Around { mesh, cluster, gaze, hull } = around;
+        self.waiting.clear();
+        self.visited.clear();
+        let reached = |seen: Seen| Reached { seen, side: hull.side(seen.at) };
+        for (half_edge, [p, q]) in border {
+            let across = mesh.opposite[half_edge as usize];
+            // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
+            if across != NONE && hull.is_near(p.at, q.at) {
+                let [p, q] = [reached(*p), reached(*q)];
+                if reach(hull, p, q, slab) {
+                    self.waiting.push(Waiting { half_edge: across, ends: [q, p] });
+                }
+            }
+        }
+        let mut is_covered = true;
+        while let Some(Waiting { half_edge, ends: [p, q] }) = self.waiting.pop() {
+            let face = half_edge / 3;
+            if !self.visited.insert(face) {
+                continue;
+            }
+            let normal = mesh.face_normals[face as usize].as_dvec3();
+            // A face without area is a line, whichever way it is seen.
+            if normal != DVec3::ZERO && normal.dot(slab.direction) < STEEP {
+                is_covered = false;
+                continue;
+            }
+            let first = 3 * face;
+            let (after, before) = match half_edge - first {
+                0 => (first + 1, first + 2),
+                1 => (first + 2, first),
+                _ => (first, first + 1),
+            };
+            let apex = mesh.positions[mesh.origin(before) as usize].as_dvec3();
+            let apex = reached(gaze.see(apex));
+            if apex.side.is_in() {
+                slab.add(apex.seen.height);
+            }
+            for (edge, from, to) in [(after, q, apex), (before, apex, p)] {
+                if reach(hull, from, to, slab) {
+                    let across = mesh.opposite[edge as usize];
+                    let is_own = cluster.faces.contains(&(across as usize / 3));
+                    if across != NONE && !is_own && !self.visited.has(across / 3) {
+                        self.waiting.push(Waiting { half_edge: across, ends: [to, from] });
+                    }
+                }
+            }
+        }
+        is_covered
+    }
+}
+
+/// Widens the slab by the part of an edge that lies in the hull. Returns whether there is such a part, and some of the
+/// hull to the right of it.
+#[inline]
+fn reach(hull: &Hull, from: Reached, to: Reached, slab: &mut Slab) -> bool {
+    let Some((start, end)) = hull.clip((from.seen.at, from.side), (to.seen.at, to.side)) else {
+        return false;
+    };
+    for (share, end) in [(start, from), (end, to)] {
+        if !end.side.is_in() {
+            slab.add(from.seen.height + (to.seen.height - from.seen.height) * share);
+        }
+    }
+    let crosses = from.side.is_deep() || to.side.is_deep();
+    crosses || (start < end && hull.reaches_right(from.seen.at, to.seen.at))
+}
+
+/// A set of faces that is emptied at once.
+#[derive(Debug)]
+struct Visited {
+    /// Faces at the place that their number names or soon after it, each with the round in which it came. Of a power of
+    /// two in length, and at most half full.
+    slots: Vec<(u32, u32)>,
+    round: u32,
+    count: usize,
+}
+
+impl Default for Visited {
+    fn default() -> Visited {
+        Visited { slots: vec![(0, 0); 64], round: 1, count: 0 }
+    }
+}
+
+impl Visited {
+    fn clear(&mut self) {
+        self.count = 0;
+        self.round = self.round.wrapping_add(1);
+        if self.round == 0 {
+            self.slots.fill((0, 0));
+            self.round = 1;
+        }
+    }
+
+    /// Where a face is, or where it would be.
+    #[inline]
+    fn place(&self, face: u32) -> usize {
+        let last = self.slots.len() - 1;
+        // Neighbours have near numbers: they spread over the table as they are.
+        let mut place = face as usize & last;
+        while self.slots[place].1 == self.round && self.slots[place].0 != face {
+            place = (place + 1) & last;
+        }
+        place
+    }
+
+    #[inline]
+    fn has(&self, face: u32) -> bool {
+        self.slots[self.place(face)].1 == self.round
+    }
+
+    /// Whether the face is new.
+    #[inline]
+    fn insert(&mut self, face: u32) -> bool {
+        let place = self.place(face);
+        if self.slots[place].1 == self.round {
+            return false;
+        }
+        self.slots[place] = (face, self.round);
+        self.count += 1;
+        if 2 * self.count > self.slots.len() {
+            self.grow();
+        }
+        true
+    }
+
+    fn grow(&mut self) {
+        let larger = vec![(0, 0); 2 * self.slots.len()];
+        let old = std::mem::replace(&mut self.slots, larger);
+        for (face, round) in old {
+            if round == self.round {
+                let place = self.place(face);
+                self.slots[place] = (face, round);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn faces_are_visited_once_a_round() {
+        let mut visited = Visited::default();
+        let mut state = 1_u64;
+        for round in 0..50 {
+            visited.clear();
+            let mut expected = HashSet::new();
+            for _ in 0..10 * round {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let face = (state >> 40) as u32 % 1000 * 64;
+                assert_eq!(visited.has(face), expected.contains(&face));
+                assert_eq!(visited.insert(face), expected.insert(face));
+            }
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! What a mesh is bounded by that was chosen by something else than its bound.
+//!
+//! The bounds of the clusters count on vertices that a budget may leave out. Where one is left out its chord is measured:
+//! the border from one drawn vertex to the next is then like an arc that is not covered, see `docs/bound.md`.
+
+use crate::extraction::Stats;
+use crate::part::Part;
+use crate::{Error, Selection};
+use fct::{Loops, Node, Tree, VertexRecord};
+use glam::DVec3;
+
+/// A cone's cosine over this is that of a cluster whose bound is the height of a slab, if it has one loop: of one that
+/// does not fold over.
+const FACING: f32 = 0.02;
+
+impl Selection {
+    /// What the mesh that was drawn, without displacements, is bounded by: no point of the surface is farther from it, and
+    /// no point of it from the surface. A length in the tree's unit; `drawn` are the counts of its extraction.
+    ///
+    /// All borders of the cut are walked. Where they leave out a vertex that the bounds count on, its distance from the
+    /// chord is added.
+    ///
+    /// # Errors
+    /// [`Error::Tree`] when the file is damaged where the walk comes by.
+    pub fn bound(&self, tree: &Tree, drawn: &Stats) -> Result<f32, Error> {
+        let reader = tree.reader();
+        let mut chords =
+            Chords { selection: self, records: tree.vertices(), enough: drawn.bound, kept: Vec::new() };
+        let mut loops = Loops::default();
+        let mut read = Ok(());
+        let measure = |part: Part, node: Option<&Node>| {
+            let Some(node) = node.filter(|_| read.is_ok()) else { return };
+            read = reader.read_loops(&part.subtree, &mut loops);
+            let is_slab = loops.ends.len() == 1 && node.cos() > FACING;
+            for border in loops.iter() {
+                chords.measure(border, node.bound, is_slab);
+            }
+        };
+        Part::whole(tree, self).divide(tree, self, &mut Stats::default(), |_, _| false, measure)?;
+        read?;
+        Ok(chords.enough)
+    }
+}
+
+/// Borders of clusters, one after the other.
+struct Chords<'a> {
+    selection: &'a Selection,
+    records: &'a [VertexRecord],
+    /// The bound so far: vertices with smaller keys may be left out.
+    enough: f32,
+    /// Places on the border of the vertices that are drawn.
+    kept: Vec<usize>,
+}
+
+impl Chords<'_> {
+    /// Raises the bound for the chords of a loop around a cluster of some bound.
+    fn measure(&mut self, border: &[u32], bound: f32, is_slab: bool) {
+        let Chords { selection, records, kept, .. } = self;
+        let record = |place: usize| border.get(place % border.len()).and_then(|v| records.get(*v as usize));
+        kept.clear();
+        kept.extend((0..border.len()).filter(|place| {
+            let vertex = border.get(*place).copied().unwrap_or(0);
+            record(*place).is_some_and(|record| selection.activates(vertex, record))
+        }));
+        let first = kept.first().copied();
+        kept.extend(first.map(|first| first + border.len()));
+        let key = |places: std::ops::Range<usize>| {
+            places.filter_map(record).map(VertexRecord::bound).fold(0.0, f32::max)
+        };
+        if kept.is_empty() {
+            // No part of the border says where the mesh is.
+            self.enough = self.enough.max(key(0..border.len()));
+            return;
+        }
+        for ends in kept.windows(2) {
+            let [from, to] = *ends else { continue };
+            let highest = key(from + 1..to);
+            let Some((a, b)) = record(from).zip(record(to)) else { continue };
+            if highest <= self.enough {
+                continue;
+            }
+            let inner = (from + 1..to).filter_map(record);
+            let off = inner.map(|p| distance_to_segment(place(p), place(a), place(b))).fold(0.0, f64::max);
+            let bound = f64::from(bound);
+            let reach = if is_slab { bound.hypot(off) } else { bound + off };
+            self.enough = self.enough.max(highest.min(fcgeom::round_up(reach)));
+        }
+    }
+}
+
+fn place(record: &VertexRecord) -> DVec3 {
+    DVec3::from_array(record.position().map(f64::from))
+}
+
+fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let (along, way) = (b - a, p - a);
+    let t = (way.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    if t.is_nan() { way.length() } else { (way - along * t).length() }
+}
