@@ -141,7 +141,7 @@ fn usage_errors_and_limits_have_their_codes() {
         refuse(folder.path(), line, 2, &["invalid value '", expected]);
     }
     let line = "fcbuild good.ply -o x.fct --max-memory 1M";
-    refuse(folder.path(), line, 5, &["1M", "memory", "raise --max-memory"]);
+    refuse(folder.path(), line, 5, &["1M", "memory", "raise --max-memory", "need 17M or more"]);
     accept(folder.path(), "fct export good.fct -o x.ply --eye -1,0,2");
 }
 
@@ -374,6 +374,66 @@ fn faces_that_look_inwards_are_turned_over() {
     for (place, normal) in rows("v ").iter().zip(rows("vn ")) {
         let outwards: f64 = place.iter().zip(&normal).map(|(x, n)| (x - 0.25) * n).sum();
         assert!(outwards > 0.0, "{obj}");
+    }
+}
+
+/// What a tree has no place for is told and counted, and is no repair that `--strict` refuses.
+#[test]
+fn textures_materials_and_normals_of_corners_are_told() {
+    let folder = folder();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("writable");
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\n";
+    let normals = "vn 0 0 1\nvn 1 0 0\n";
+    let faces = "usemtl red\nf 1/1/1 2/2/1 3/1/1\nf 1/1/2 3/2/2 4/1/2\n";
+    write("full.obj", &format!("{corners}vt 0 0\nvt 1 0\n{normals}{faces}"));
+    let textured = ply(&["0 0 0", "1 0 0", "1 1 0"], &["3 0 1 2"]);
+    write("full.ply", &textured.replace("float y", "float y\nproperty float s").replace(" 0\n", " 0 0\n"));
+    // Two faces that meet at an edge with vertices of their own.
+    let edge = ply(
+        &["0 0 0 0 0 1", "1 0 0 0 0 1", "1 1 0 0 0 1", "0 0 0 0 1 0", "1 1 0 0 1 0", "0 1 1 0 1 0"],
+        &["3 0 1 2", "3 3 4 5"],
+    );
+    let with = "float z\nproperty float nx\nproperty float ny\nproperty float nz";
+    write("edge.ply", &edge.replace("float z", with));
+    for (file, expected) in [
+        ("full.obj", &[("texture_coordinates", 2), ("materials", 1), ("mixed_normals", 2)][..]),
+        ("full.ply", &[("texture_coordinates", 3)]),
+        ("edge.ply", &[("mixed_normals", 2)]),
+        ("good.ply", &[]),
+    ] {
+        let line = format!("fcbuild {file} -o x.fct --force --strict --message-format json");
+        let said = accept(folder.path(), &line);
+        let warnings: Vec<serde_json::Value> =
+            said.err.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+        assert_eq!(warnings.len(), expected.len(), "{file}: {}", said.err);
+        for (name, count) in expected {
+            assert!(
+                warnings.iter().any(|w| w["name"] == *name && w["count"] == *count),
+                "{file}: {}",
+                said.err
+            );
+        }
+    }
+}
+
+/// A file that is given twice leaves nothing of its second group, which is named.
+#[test]
+fn groups_without_faces_are_named() {
+    let folder = folder();
+    fs::copy(folder.path().join("good.ply"), folder.path().join("twin.ply")).expect("writable");
+    let said = accept(folder.path(), "fcbuild good.ply twin.ply -o x.fct");
+    assert!(said.err.contains("FC334") && said.err.contains("FC297"), "{}", said.err);
+    assert!(said.err.contains("not in the tree: twin"), "{}", said.err);
+}
+
+/// Stages that count show how far they are, the others that they have begun.
+#[test]
+fn progress_counts_where_the_time_goes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let input = sample("sculpture.ply");
+    let said = accept(folder.path(), &format!("fcbuild {} -o a.fct --progress always", input.display()));
+    for line in ["partition 50 %", "bounds 50 %", "bounds 100 %", "mesh", "records", "write"] {
+        assert!(said.err.lines().any(|said| said == line), "no `{line}` in {}", said.err);
     }
 }
 

@@ -50,7 +50,8 @@ pub struct BuildOptions<'a> {
     pub split: SplitMode,
     /// Which vertices become one.
     pub weld: Weld,
-    /// Told of a phase, the faces it is done with, and all faces; from any thread.
+    /// Told of a phase, the faces it is done with, and all faces; from any thread. Partition and bounds count, of the
+    /// others only the begin is told.
     pub progress: &'a (dyn Fn(Phase, u64, u64) + Sync),
 }
 
@@ -192,12 +193,14 @@ fn build_prepared(
     let mut meta = describe(&mesh, &components, options);
     let mut tally = std::mem::take(&mut mesh.tally);
     let faces = mesh.faces.len() as u64;
-    let done = std::sync::atomic::AtomicU64::new(0);
-    let count = |n: u64| {
-        let before = done.fetch_add(n, std::sync::atomic::Ordering::Relaxed);
-        (options.progress)(Phase::Partition, before + n, faces);
+    let counter = |phase| {
+        let done = std::sync::atomic::AtomicU64::new(0);
+        move |n: u64| {
+            let before = done.fetch_add(n, std::sync::atomic::Ordering::Relaxed);
+            (options.progress)(phase, before + n, faces);
+        }
     };
-    let hierarchy = partition::partition(&mesh, &components, options.split, &count);
+    let hierarchy = partition::partition(&mesh, &components, options.split, &counter(Phase::Partition));
     meta.depth = hierarchy.depth();
     if hierarchy.mode != options.split {
         meta.split = hierarchy.mode.as_str().to_owned();
@@ -237,7 +240,8 @@ fn build_prepared(
     for v in 0..anchored.len() {
         anchored[v] |= anchored[mesh.weld[v] as usize];
     }
-    let Registered { registrations, mut nodes, cones } = corners::register(&mesh, &splits, &loops, &anchored);
+    let Registered { registrations, mut nodes, cones } =
+        corners::register(&mesh, &splits, &loops, &anchored, &counter(Phase::Bounds));
     drop(anchored);
     if mode == SplitMode::Quality {
         bounds::raise_keys(&mut nodes);

@@ -5,6 +5,7 @@
 //!
 //! | code  | exit | meaning |
 //! |-------|------|---------|
+//! | FC100 | 2 | wrong usage, as JSON alone has a code for it (command) |
 //! | FC101 | 2 | an output is an input, or two outputs are one file (command) |
 //! | FC102 | 2 | standard input or output in place of a file (command) |
 //! | FC103 | 2 | a tree is to be written under the name of a mesh (command) |
@@ -29,8 +30,10 @@
 //! | FC294 | 0 | warning: the surface is cut at edges (command) |
 //! | FC295 | 0 | warning: more groups than a file names |
 //! | FC296 | 0 | warning: a merged tree was too deep and was split from the top |
+//! | FC297 | 0 | warning: groups of which no face is left |
 //! | FC300 to FC325 | 0 | warnings of the readers (command) |
 //! | FC331 to FC335 | 0 | faces dropped, by reason (command) |
+//! | FC341 to FC343 | 0 | warnings: what a tree has no place for (command) |
 //! | FC401 | 4 | a file cannot be opened |
 //! | FC402 | 4 | the path is a directory or another thing that is no regular file |
 //! | FC403 | 4 | reading failed, or the file changed while it was read |
@@ -205,6 +208,12 @@ impl Error {
     #[must_use]
     pub fn message(&self) -> &str {
         &self.0.message
+    }
+
+    /// What was found where a limit was reached.
+    #[must_use]
+    pub fn found(&self) -> Option<u64> {
+        self.0.found
     }
 
     /// The error as one line of JSON with the keys code, exit, path, line, byte, pointer, message,

@@ -11,7 +11,11 @@ fn main() -> ExitCode {
         Ok(flags) => cli::run(&flags),
         Err(error) => {
             // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
-            let _ = error.print();
+            if error.use_stderr() && cli::is_json_asked_for(std::env::args_os()) {
+                cli::tell_usage(&error.render().to_string());
+            } else {
+                let _ = error.print();
+            }
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
         }
     }

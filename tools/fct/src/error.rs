@@ -4,10 +4,12 @@
 //!
 //! | code | exit | meaning |
 //! |------|------|---------|
+//! | FC100 | 2 | wrong usage, as JSON alone has a code for it |
 //! | FC101 | 2 | the output is the input |
 //! | FC111 | 2 | flags that do not go together with each other or with the files |
 //! | FC112 | 2 | the selection has no triangles |
 //! | FC113 | 2 | the selection has a number that cannot be used |
+//! | FC351 | 0 | warning: an error that is large beside the model |
 //! | FC412 | 4 | the mesh cannot be written |
 //! | FC413 | 4 | standard output cannot be written |
 //! | FC471 | 4 | the tree cannot be read |

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::export::{Ball, Detail, Format, Output, Scale, Settings};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use fcextract::Budget;
 use std::path::PathBuf;
 
@@ -82,8 +82,20 @@ pub(crate) fn said(error: &clap::Error) -> String {
 #[derive(Debug, Parser)]
 #[command(name = "fct", version, about, after_help = EXAMPLES, max_term_width = 100)]
 pub(crate) struct Flags {
+    /// Form of errors and warnings: for people, or one JSON object a line
+    #[arg(long, global = true, value_enum, value_name = "human|json", default_value_t = MessageFormat::Human, hide_possible_values = true)]
+    pub(crate) message_format: MessageFormat,
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// `--message-format`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MessageFormat {
+    /// Sentences.
+    Human,
+    /// JSON objects.
+    Json,
 }
 
 /// What to do.
@@ -125,6 +137,9 @@ pub(crate) struct ExportFlags {
     /// clusters asked for
     #[arg(short, long, value_name = "OUT.(ply|obj|glb)")]
     output: PathBuf,
+    /// Print what was written as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     /// Replace existing outputs, if they are meshes that fct has written
     #[arg(long)]
     force: bool,

@@ -1,5 +1,6 @@
 //! `fct info`: what a file says about itself.
 
+use crate::SCHEMA;
 use crate::grouped::{counted, grouped};
 use fct::Tree;
 use serde_json::json;
@@ -89,6 +90,7 @@ pub(crate) fn to_json(tree: &Tree) -> String {
         })
         .collect();
     let object = json!({
+        "schema": SCHEMA,
         "path": tree.path().to_string_lossy(),
         "version": [header.major, header.minor],
         "bytes": header.file_len,
@@ -99,10 +101,12 @@ pub(crate) fn to_json(tree: &Tree) -> String {
         "counts": {
             "faces_in": meta.faces_in,
             "faces": header.face_count,
+            "faces_kept": header.face_count,
             "vertices": header.vertex_count,
             "nodes": header.node_count,
             "depth": meta.depth,
             "components": meta.components,
+            "groups": meta.group_names.len().max(1),
             "boundary_edges": meta.boundary_edges,
             "seam_edges": meta.seam_edges,
         },

@@ -5,15 +5,20 @@ mod export;
 mod flags;
 mod grouped;
 mod info;
+mod message;
 mod verify;
 
 use clap::Parser as _;
 use error::Error;
 use flags::{Command, Flags};
+use message::{said_as_json, tell};
 use std::io::{self, Write as _};
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 use std::thread;
+
+/// The version of the JSON documents of this program: it rises when a member changes its meaning or goes away.
+pub(crate) const SCHEMA: u32 = 1;
 
 fn main() -> ExitCode {
     let flags = match Flags::try_parse() {
@@ -21,27 +26,30 @@ fn main() -> ExitCode {
         Err(error) => {
             // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
             let text = flags::said(&error);
-            let _ = if error.use_stderr() {
-                io::stderr().lock().write_all(text.as_bytes())
+            if !error.use_stderr() {
+                let _ = io::stdout().lock().write_all(text.as_bytes());
+            } else if message::is_json_asked_for(std::env::args_os()) {
+                tell(&said_as_json(&text));
             } else {
-                io::stdout().lock().write_all(text.as_bytes())
-            };
+                let _ = io::stderr().lock().write_all(text.as_bytes());
+            }
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
     // The last net: what panics is our bug, and unwinding has removed the temporaries.
-    let done = panic::catch_unwind(AssertUnwindSafe(|| run(&flags.command))).unwrap_or(Err(Error::Bug));
+    let done = panic::catch_unwind(AssertUnwindSafe(|| run(&flags))).unwrap_or(Err(Error::Bug));
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let _ = writeln!(io::stderr().lock(), "error[{}]: {error}", error.code());
+            tell(&message::error_line(flags.message_format, &error));
             ExitCode::from(error.exit_code())
         }
     }
 }
 
-fn run(command: &Command) -> Result<(), Error> {
-    match command {
+fn run(flags: &Flags) -> Result<(), Error> {
+    let format = flags.message_format;
+    match &flags.command {
         Command::Info(flags) => {
             let tree = fct::Tree::open(&flags.file)?;
             print(&if flags.json { info::to_json(&tree) } else { info::to_text(&tree) })
@@ -58,7 +66,14 @@ fn run(command: &Command) -> Result<(), Error> {
             if flags.json { Ok(()) } else { print(&verify::to_text(&flags.file, &verified)) }
         }
         Command::Export(flags) => {
-            let done = export::run(&flags.settings()?)?;
+            let settings = flags.settings()?;
+            let (done, note) = export::run(&settings)?;
+            if let Some(note) = note {
+                tell(&message::warning_line(format, &settings.input, "FC351", "large_error", &note));
+            }
+            if flags.json {
+                return print(&export::to_json(&settings.input, &done));
+            }
             print(&done.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
         }
     }

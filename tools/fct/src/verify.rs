@@ -1,5 +1,6 @@
 //! `fct verify`: the result of the complete check.
 
+use crate::SCHEMA;
 use crate::grouped::counted;
 use fct::Verified;
 use serde_json::json;
@@ -24,6 +25,7 @@ pub(crate) fn to_text(file: &Path, verified: &Verified) -> String {
 pub(crate) fn to_json(file: &Path, outcome: &Result<Verified, fct::Error>) -> String {
     let object = match outcome {
         Ok(v) => json!({
+            "schema": SCHEMA,
             "path": file.to_string_lossy(),
             "valid": true,
             "bytes": v.bytes,
@@ -35,6 +37,7 @@ pub(crate) fn to_json(file: &Path, outcome: &Result<Verified, fct::Error>) -> St
             "content_id": format!("{:032x}", v.content_id),
         }),
         Err(e) => json!({
+            "schema": SCHEMA,
             "path": file.to_string_lossy(),
             "valid": e.rule().map(|_| false),
             "code": e.code(),

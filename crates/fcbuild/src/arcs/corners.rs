@@ -36,8 +36,14 @@ pub struct Registered {
 
 /// Walks the tree from the root down, registers corners, and measures each interior node once it has got its corners.
 ///
-/// `anchored` says of each vertex whether it is drawn in every mesh.
-pub fn register(mesh: &TreeMesh, splits: &[Split], loops: &Loops, anchored: &[bool]) -> Registered {
+/// `anchored` says of each vertex whether it is drawn in every mesh; `count` is told of faces that are done, from any thread.
+pub fn register(
+    mesh: &TreeMesh,
+    splits: &[Split],
+    loops: &Loops,
+    anchored: &[bool],
+    count: &(dyn Fn(u64) + Sync),
+) -> Registered {
     let mut nodes = vec![NodeBounds::UNKNOWN; splits.len()];
     let mut cones = vec![Cone::FULL; splits.len()];
     if splits.is_empty() {
@@ -48,7 +54,7 @@ pub fn register(mesh: &TreeMesh, splits: &[Split], loops: &Loops, anchored: &[bo
     for &h in loops.of_node(0) {
         registered[(h & !LAST) as usize] = anchored[mesh.origin(h & !LAST) as usize];
     }
-    let walk = Walk { mesh, splits, loops };
+    let walk = Walk { mesh, splits, loops, count };
     let root = Child { node: 0, parent: None, faces: 0..mesh.faces.len() };
     let measured = Measured { nodes: &mut nodes, cones: &mut cones };
     let registrations = walk.descend(root, &mut registered, measured);
@@ -59,6 +65,7 @@ struct Walk<'a> {
     mesh: &'a TreeMesh,
     splits: &'a [Split],
     loops: &'a Loops,
+    count: &'a (dyn Fn(u64) + Sync),
 }
 
 /// Below this many faces a subtree stays on one thread.
@@ -100,7 +107,9 @@ impl<'a> Walk<'a> {
     fn descend(&self, at: Child, registered: &mut [bool], places: Measured<'_>) -> Vec<Vec<Registration>> {
         let mut own = Vec::new();
         if at.faces.len() < SERIAL_BELOW {
+            let faces = at.faces.len() as u64;
             self.descend_serial(at, registered, places, &mut Measurer::new(self.mesh), &mut own);
+            (self.count)(faces);
             own.shrink_to_fit();
             return vec![own];
         }

@@ -47,7 +47,7 @@ pub(crate) struct Flags {
     /// Replace existing outputs, if they are trees and reports
     #[arg(long)]
     pub(crate) force: bool,
-    /// Take every warning and every dropped face for an error
+    /// Take every repair and every dropped face for an error; textures, materials and normals of corners, which no tree keeps, are only warned of
     #[arg(long)]
     pub(crate) strict: bool,
     /// Join vertices at equal positions (exact), up to a distance apart (EPS, in the unit of the input), or not at all

@@ -34,9 +34,14 @@ pub(crate) fn read_all(
                 && by_memory < MAX_FACES
                 && e.message().contains(&options.max_faces.to_string());
             match max_memory {
-                Some(allowed) if ours => e.remedy(format!(
-                    "more do not fit into {allowed} of memory: raise --max-memory, or split or simplify the mesh"
-                )),
+                Some(allowed) if ours => {
+                    let all = so_far.saturating_add(e.found().unwrap_or(0));
+                    let least = allowed.same_unit(memory::least_for(all));
+                    e.remedy(format!(
+                        "more do not fit into {allowed} of memory, and these need {least} or more: raise --max-memory, \
+                         or split or simplify the mesh"
+                    ))
+                }
                 _ => e,
             }
         })?;

@@ -118,9 +118,10 @@ fn warn_of_seams(built: &mut Built) {
     );
 }
 
-/// Refuses repairs where the user wants none.
+/// Refuses repairs where the user wants none. What a tree has no place for is none: the surface is as it was.
 fn check_strict(settings: &Settings, tally: &Tally) -> Result<(), Error> {
-    let found = notices(tally);
+    let mut found = notices(tally);
+    found.retain(|notice| notice.of_surface);
     if !settings.strict || found.is_empty() {
         return Ok(());
     }

@@ -63,6 +63,11 @@ pub(crate) fn faces_within(limit: u64) -> u64 {
     (limit.saturating_sub(BASE) / PER_FACE).max(1)
 }
 
+/// The bytes that so many faces take at the least.
+pub(crate) fn least_for(faces: u64) -> u64 {
+    estimate(&Extent { faces, vertices: 0, border_edges: 0 })
+}
+
 /// Holds the estimate against the limit.
 ///
 /// # Errors

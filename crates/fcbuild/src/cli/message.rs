@@ -5,6 +5,7 @@
 //!
 //! | code | exit | meaning |
 //! |------|------|---------|
+//! | FC100 | 2 | wrong usage, as JSON alone has a code for it |
 //! | FC101 | 2 | an output is an input, or two outputs are one file |
 //! | FC102 | 2 | standard input or output in place of a file |
 //! | FC103 | 2 | a tree is to be written under the name of a mesh |
@@ -14,6 +15,7 @@
 //! | FC294 | 0 | warning: the surface is cut at edges |
 //! | FC295 | 0 | warning: more groups than a file names |
 //! | FC296 | 0 | warning: a merged tree was too deep and was split from the top |
+//! | FC297 | 0 | warning: groups of which no face is left |
 //! | FC300 | 0 | warning without a code of its own |
 //! | FC301 | 0 | warning: bytes after the end of the content |
 //! | FC302 | 0 | warning: vertices that no face uses |
@@ -25,6 +27,7 @@
 //! | FC321 to FC323 | 0 | warning: lines and points, free-form geometry, vertex weights of an OBJ |
 //! | FC324, FC325 | 0 | warning: material files that are outside the folder, or missing |
 //! | FC331 to FC335 | 0 | faces dropped: too few corners, a corner twice, at NaN or infinity, repeated, no surface |
+//! | FC341 to FC343 | 0 | warning: texture coordinates, materials, normals of corners that are not kept |
 //! | FC412 | 4 | the report cannot be written |
 //! | FC413 | 4 | standard output cannot be written |
 //! | FC471 | 4 | the tree cannot be written |
@@ -55,6 +58,9 @@ pub(crate) struct Notice {
     pub(crate) message: String,
     /// How often.
     pub(crate) count: u64,
+    /// Whether it is about the surface, and not about what a tree has no place for.
+    #[serde(skip)]
+    pub(crate) of_surface: bool,
     /// Whether the sentence gives the count itself.
     #[serde(skip)]
     says_count: bool,
@@ -65,7 +71,8 @@ pub(crate) fn notices(tally: &Tally) -> Vec<Notice> {
     let oddities = tally.warnings.iter().map(|w| {
         let (code, name) = warning_code(w.code);
         let says_count = w.count == 1 || w.message.starts_with(&format!("{} ", size::grouped(w.count)));
-        Notice { code, name, message: w.message.clone(), count: w.count, says_count }
+        let of_surface = !matches!(code, "FC341" | "FC342" | "FC343");
+        Notice { code, name, message: w.message.clone(), count: w.count, of_surface, says_count }
     });
     let dropped = DropReason::ALL.into_iter().filter(|&r| tally.dropped.count(r) > 0).map(|reason| {
         let count = tally.dropped.count(reason);
@@ -82,6 +89,7 @@ pub(crate) fn notices(tally: &Tally) -> Vec<Notice> {
                 listed.join(", ")
             ),
             count,
+            of_surface: true,
             says_count: true,
         }
     });
@@ -95,6 +103,7 @@ fn warning_code(given: &'static str) -> (&'static str, &'static str) {
         "FC293" => return ("FC293", "inward_faces"),
         "FC295" => return ("FC295", "nameless_groups"),
         "FC296" => return ("FC296", "split_instead"),
+        "FC297" => return ("FC297", "lost_groups"),
         "seam_edges" => "FC294",
         "trailing_bytes" => "FC301",
         "unused_vertices" => "FC302",
@@ -111,6 +120,9 @@ fn warning_code(given: &'static str) -> (&'static str, &'static str) {
         "vertex_weights" => "FC323",
         "outside_material_files" => "FC324",
         "missing_material_files" => "FC325",
+        "texture_coordinates" => "FC341",
+        "materials" => "FC342",
+        "mixed_normals" => "FC343",
         code if code.starts_with("FC") => code,
         _ => "FC300",
     };
@@ -129,7 +141,7 @@ fn drop_code(reason: DropReason) -> (&'static str, &'static str) {
 
 /// The line for a warning about `file`; without one when several files were read.
 pub(crate) fn warning_line(format: MessageFormat, file: Option<&Path>, notice: &Notice) -> String {
-    let Notice { code, name, message, count, says_count } = notice;
+    let Notice { code, name, message, count, says_count, .. } = notice;
     match format {
         MessageFormat::Human => {
             let place = file.map(|f| format!("{}: ", f.display())).unwrap_or_default();

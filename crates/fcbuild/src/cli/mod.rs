@@ -25,6 +25,7 @@ use output::Outputs;
 use progress::{Progress, Stage};
 use report::Report;
 use settings::Settings;
+use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -89,6 +90,21 @@ fn warn(format: MessageFormat, settings: &Settings, made: &Made) {
     for notice in message::notices(&made.built.tally) {
         tell(&message::warning_line(format, file, &notice));
     }
+}
+
+/// Tells of wrong usage as JSON, out of the text that the flags' library has for people.
+pub(crate) fn tell_usage(text: &str) {
+    let first = text.trim_start_matches("error: ").split("\n\n").next().unwrap_or_default();
+    let message = first.split_whitespace().collect::<Vec<_>>().join(" ");
+    let error = Error::new(ErrorKind::Usage, "FC100", message).remedy("see fcbuild --help");
+    tell(&message::error_line(MessageFormat::Json, &error));
+}
+
+/// Whether a command line that cannot be read as a whole asks for messages as JSON.
+pub(crate) fn is_json_asked_for(words: impl Iterator<Item = OsString>) -> bool {
+    let words: Vec<OsString> = words.collect();
+    words.windows(2).any(|pair| pair == ["--message-format", "json"])
+        || words.iter().any(|word| word == "--message-format=json")
 }
 
 /// A line on standard error. Where that is closed nobody can be told.

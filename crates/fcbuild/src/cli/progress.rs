@@ -27,6 +27,11 @@ impl Stage {
         }
     }
 
+    /// Whether it tells of more than its begin.
+    fn counts(self) -> bool {
+        matches!(self, Stage::Import | Stage::Build(Phase::Partition | Phase::Bounds))
+    }
+
     /// A number other than 0 for each stage.
     fn number(self) -> usize {
         match self {
@@ -58,8 +63,7 @@ impl Progress {
             ProgressForm::Lines => Form::Lines(Mutex::new((0, 0))),
             ProgressForm::Bar => {
                 let bar = ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr());
-                let style = ProgressStyle::with_template("{msg:10} [{bar:40}] {percent:>3} % {elapsed}");
-                bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+                bar.set_style(style(true));
                 // Some phases have no steps to tell of; the clock shows that they live.
                 bar.enable_steady_tick(Duration::from_millis(200));
                 Form::Bar(bar)
@@ -75,6 +79,9 @@ impl Progress {
             Form::Bar(bar) => {
                 // Setting a message takes a lock, which is worth it only when the stage is a new one.
                 if self.shown.swap(stage.number(), Ordering::Relaxed) != stage.number() {
+                    // First of all: the new stage has not begun where the last one ended.
+                    bar.set_position(0);
+                    bar.set_style(style(stage.counts()));
                     bar.set_message(stage.name());
                     bar.set_length(total.max(1));
                 }
@@ -85,7 +92,10 @@ impl Progress {
                 let Ok(mut last) = last.lock() else { return };
                 if *last != (stage.number(), tenths) {
                     *last = (stage.number(), tenths);
-                    say(&format!("{} {} %", stage.name(), tenths * 10));
+                    say(&match stage.counts() {
+                        true => format!("{} {} %", stage.name(), tenths * 10),
+                        false => stage.name().to_owned(),
+                    });
                 }
             }
         }
@@ -106,6 +116,16 @@ impl Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+/// A bar for what counts, the clock alone for what does not.
+fn style(counts: bool) -> ProgressStyle {
+    let template = match counts {
+        true => "{msg:10} [{bar:40}] {percent:>3} % {elapsed}",
+        false => "{msg:10} {spinner} {elapsed}",
+    };
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    style.progress_chars("=> ").tick_chars("-\\|/ ")
 }
 
 /// Progress is a courtesy: where standard error cannot be written the job goes on.

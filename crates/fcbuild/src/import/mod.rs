@@ -26,7 +26,7 @@ mod ply;
 mod soup;
 mod source;
 mod stl;
-mod tally;
+pub(crate) mod tally;
 #[cfg(test)]
 mod testing;
 #[allow(

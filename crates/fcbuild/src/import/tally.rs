@@ -42,6 +42,19 @@ struct Slot {
     ids: Vec<u64>,
 }
 
+/// What a tree has no place for, as warnings say it.
+pub(crate) const TEXTURES: &str = "texture coordinates are not kept";
+/// The same of materials.
+pub(crate) const MATERIALS: &str = "materials are not kept";
+/// The same of normals that belong to corners of faces, not to vertices.
+pub(crate) const MIXED_NORMALS: &str =
+    "vertices have different normals in different faces; their mean was taken, since a vertex has one normal";
+
+/// Whether two unit normals tell of an edge: the cosine of 8 degrees leaves rounding and noise aside.
+pub(crate) fn differ(a: [f32; 3], b: [f32; 3]) -> bool {
+    a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>() < 0.99
+}
+
 /// Dropped faces, counted by reason.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Drops([Slot; DropReason::ALL.len()]);

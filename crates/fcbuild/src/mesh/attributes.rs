@@ -2,6 +2,7 @@
 
 use super::shares::{share, shares};
 use crate::import::Tally;
+use crate::import::tally::{MIXED_NORMALS, differ};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -20,15 +21,25 @@ impl Attributes {
         tally: &mut Tally,
     ) -> Attributes {
         let n = representative.len();
+        let mut mixed = 0;
         let normals = normals.filter(|v| v.len() == n).map(|given| {
             let mut sum = vec![Vec3::ZERO; n];
-            for (v, &r) in representative.iter().enumerate() {
+            let unit = |v: usize| {
                 let normal = Vec3::from(given[v]);
-                sum[r as usize] += if normal.is_finite() { normal.normalize_or_zero() } else { Vec3::ZERO };
+                if normal.is_finite() { normal.normalize_or_zero() } else { Vec3::ZERO }
+            };
+            for (v, &r) in representative.iter().enumerate() {
+                let normal = unit(v);
+                // Where there is no normal there is none to be lost.
+                if r as usize != v && normal != Vec3::ZERO && differ(normal.into(), unit(r as usize).into()) {
+                    mixed += 1;
+                }
+                sum[r as usize] += normal;
             }
             sum.iter_mut().for_each(|s| *s = s.normalize_or_zero());
             sum
         });
+        tally.warn("mixed_normals", mixed, MIXED_NORMALS);
         let mut conflicts = 0;
         let colors = colors.filter(|v| v.len() == n).map(|given| {
             let mut sum = vec![[0_u32; 5]; n];

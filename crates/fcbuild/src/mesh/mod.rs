@@ -72,6 +72,7 @@ impl Mesh {
             kept.par_iter().map(|&f| triangles[f as usize].map(|v| representative[v as usize])).collect();
         drop(triangles);
         let (face_group, group_names) = group_of_faces(&kept, groups);
+        warn_of_lost_groups(&face_group, &group_names, &mut tally);
         drop(kept);
 
         let attributes = Attributes::merge(&representative, normals, colors, &mut tally);
@@ -104,6 +105,25 @@ impl Mesh {
             tally,
         })
     }
+}
+
+/// Names the groups of which no face is left, such as a file that is given twice.
+fn warn_of_lost_groups(face_group: &[u32], names: &[String], tally: &mut Tally) {
+    /// More would fill the screen.
+    const NAMED: usize = 5;
+    if face_group.is_empty() {
+        return;
+    }
+    let mut has_faces = vec![false; names.len()];
+    for &group in face_group {
+        has_faces[group as usize] = true;
+    }
+    let mut lost = names.iter().zip(&has_faces).filter(|(_, has)| !**has).map(|(name, _)| name.as_str());
+    let listed: Vec<&str> = lost.by_ref().take(NAMED).collect();
+    let more = lost.count();
+    let dots = if more > 0 { ", ..." } else { "" };
+    let message = format!("groups have no face left and are not in the tree: {}{dots}", listed.join(", "));
+    tally.warn("FC297", (listed.len() + more) as u64, message);
 }
 
 /// The group index of each kept face, left empty when there is one group only.

@@ -66,6 +66,24 @@ pub(crate) fn diagonal(tree: &Tree) -> f64 {
     corner(tree.meta().bounds_min).distance(corner(tree.meta().bounds_max))
 }
 
+/// An error above this part of the diagonal leaves a few triangles, and is likely meant in another unit.
+const LARGE: f64 = 0.1;
+
+/// What to tell a user whose error is large beside the model.
+pub(crate) fn note(tree: &Tree, detail: &Detail) -> Option<String> {
+    let (Detail::Within(Scale::Length(length)) | Detail::Epsilon(Scale::Length(length))) = detail else {
+        return None;
+    };
+    let diagonal = diagonal(tree);
+    (*length > LARGE * diagonal).then(|| {
+        format!(
+            "an error of {} is large for a model whose box is {} across; lengths are in the unit of the input, and \
+             --error 0.1% is a thousandth of the box",
+            *length as f32, diagonal as f32
+        )
+    })
+}
+
 /// A place in the tree's coordinates.
 fn from_input(tree: &Tree, place: [f64; 3]) -> DVec3 {
     DVec3::from(place) - DVec3::from(tree.meta().origin)

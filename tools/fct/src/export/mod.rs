@@ -7,12 +7,14 @@ mod obj;
 mod output;
 mod ply;
 
+use crate::SCHEMA;
 use crate::error::Error;
 use crate::grouped::counted;
 pub(crate) use detail::{Ball, Detail, Scale};
 use fcextract::{Budget, Extraction};
 use fct::{Interrupt, Tree};
 use mesh::Mesh;
+use serde_json::json;
 use std::fmt;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -63,6 +65,8 @@ pub(crate) enum Format {
 #[derive(Debug)]
 pub(crate) struct Exported {
     output: PathBuf,
+    /// The number asked for, if one was.
+    asked: Option<u64>,
     triangles: u64,
     vertices: u64,
     clusters: u64,
@@ -79,15 +83,16 @@ enum ChosenBy {
     Budget,
 }
 
-/// Exports; the outputs are there as a whole or not at all, also when a signal stops the program.
+/// Exports, and says what the user should know; the outputs are there as a whole or not at all, also when a signal stops the program.
 ///
 /// # Errors
 /// Usage when an output is the input or a selection is empty, I/O when one exists or cannot be written, a limit when not
 /// even the coarsest mesh is within a budget, an invalid file when the tree is damaged.
-pub(crate) fn run(settings: &Settings) -> Result<Vec<Exported>, Error> {
+pub(crate) fn run(settings: &Settings) -> Result<(Vec<Exported>, Option<String>), Error> {
     // Before the temporaries are made, so that no signal can leave one behind.
     let interrupt = Interrupt::watch();
     let tree = Tree::open(&settings.input)?;
+    let note = detail::note(&tree, &settings.detail);
     let (mut pending, mut files) = (Vec::new(), Vec::new());
     for output in &settings.outputs {
         let prepared = output::prepare(&output.path, &settings.input, settings.force)?;
@@ -101,7 +106,7 @@ pub(crate) fn run(settings: &Settings) -> Result<Vec<Exported>, Error> {
         outputs.map(|(output, file)| write(&tree, &job, output, file)).collect::<Result<Vec<_>, Error>>()
     })??;
     pending.into_iter().try_for_each(output::publish)?;
-    Ok(exported)
+    Ok((exported, note))
 }
 
 fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
@@ -131,6 +136,7 @@ fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Resu
     written.and_then(|()| out.flush()).map_err(unwritable(&output.path))?;
     Ok(Exported {
         output: output.path.clone(),
+        asked: output.budget.map(|(Budget::Triangles(n) | Budget::Clusters(n))| n),
         triangles: mesh.triangles().len() as u64,
         vertices: mesh.buffers.positions.len() as u64,
         clusters: cut.stats.clusters,
@@ -142,6 +148,30 @@ fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Resu
             Detail::Budgets(..) => ChosenBy::Budget,
         },
     })
+}
+
+/// For programs.
+pub(crate) fn to_json(tree: &Path, done: &[Exported]) -> String {
+    let meshes: Vec<_> = done
+        .iter()
+        .map(|mesh| {
+            json!({
+                "path": mesh.output.to_string_lossy(),
+                "asked": mesh.asked,
+                "triangles": mesh.triangles,
+                "vertices": mesh.vertices,
+                "clusters": mesh.clusters,
+                "collapsed": mesh.collapsed,
+                "bound": mesh.bound,
+                "chosen_by": match mesh.chosen_by {
+                    ChosenBy::Bound => "bound",
+                    ChosenBy::Epsilon => "epsilon",
+                    ChosenBy::Budget => "budget",
+                },
+            })
+        })
+        .collect();
+    format!("{:#}", json!({ "schema": SCHEMA, "input": tree.to_string_lossy(), "meshes": meshes }))
 }
 
 impl fmt::Display for Exported {

@@ -1,5 +1,6 @@
 //! Puts the mesh instances of a scene together as one soup, a group each.
 
+use gltf::Semantic;
 use gltf::json::Root;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive};
@@ -8,7 +9,7 @@ use gltf::json::validation::Checked;
 use super::super::faces::{Faces, Vertices, reserve};
 use super::super::soup::{Group, Positions, Soup};
 use super::super::source::Source;
-use super::super::tally::Tally;
+use super::super::tally::{MATERIALS, TEXTURES, Tally};
 use super::accessor::{broken, find, whole};
 use super::attributes::{Attributes, position_accessor};
 use super::buffers::Buffers;
@@ -60,6 +61,13 @@ pub(super) fn assemble(
             let at = format!("meshes[{}].primitives[{p}]", instance.mesh);
             if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
                 faces.tally.warn("ignored_morph_targets", 1, "morph targets are not applied");
+            }
+            let textured = |s: &Checked<Semantic>| matches!(s, Checked::Valid(Semantic::TexCoords(_)));
+            if primitive.attributes.keys().any(textured) {
+                faces.tally.warn("texture_coordinates", 1, TEXTURES);
+            }
+            if primitive.material.is_some() {
+                faces.tally.warn("materials", 1, MATERIALS);
             }
             let mut piece = Piece { group: done, triangles: None, leftover: false };
             if let Some(mode) = surface_mode(primitive, &at)? {

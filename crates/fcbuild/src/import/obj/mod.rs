@@ -17,7 +17,7 @@ use super::faces::{Faces, Vertices};
 use super::number::narrow;
 use super::soup::{Group, Positions, Soup};
 use super::source::Source;
-use super::tally::Tally;
+use super::tally::{MATERIALS, MIXED_NORMALS, TEXTURES, Tally, differ};
 use crate::error::Error;
 
 /// Reads an OBJ file; each `o` is a group.
@@ -43,12 +43,14 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Soup, Error> {
 
 fn assemble(mesh: tobj::Mesh, findings: &Findings, stem: &str, max_faces: u64) -> Result<Soup, Error> {
     let positions = Positions::narrow_if_harmless(mesh.positions.as_chunks::<3>().0.to_vec());
-    let normals = findings.with_normals.then(|| average_normals(&mesh, positions.len()));
+    let mut mixed = 0;
+    let normals = findings.with_normals.then(|| average_normals(&mesh, positions.len(), &mut mixed));
     let colors = findings.colored.then(|| mesh.vertex_color.as_chunks::<3>().0.iter().map(color).collect());
     let vertices = Vertices::new(&positions);
     let mut faces = Faces::new(max_faces);
     let unused = findings.vertices.saturating_sub(positions.len() as u64);
     warn(&mut faces.tally, findings, unused);
+    faces.tally.warn("mixed_normals", mixed, MIXED_NORMALS);
 
     // Where the parser met triangles only, it gives no numbers of corners.
     let all_triangles = mesh.face_arities.is_empty();
@@ -82,27 +84,38 @@ fn close_group(groups: &mut Vec<Group>, name: &str, start: usize, end: usize) {
     }
 }
 
-/// One normal per vertex: the mean direction over the corners, zero where there is none.
-fn average_normals(mesh: &tobj::Mesh, count: usize) -> Vec<[f32; 3]> {
+/// One normal per vertex: the mean direction over the corners, zero where there is none. `mixed` becomes the number of
+/// vertices whose corners disagree.
+fn average_normals(mesh: &tobj::Mesh, count: usize, mixed: &mut u64) -> Vec<[f32; 3]> {
     let stored = mesh.normals.as_chunks::<3>().0;
+    let unit = |v: &[f64; 3]| {
+        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        (length.is_finite() && length > 0.0).then(|| v.map(|x| x / length))
+    };
+    let corners = || {
+        let corners = mesh.indices.iter().zip(&mesh.normal_indices);
+        corners.filter_map(|(&vertex, &normal)| Some((vertex as usize, unit(stored.get(normal as usize)?)?)))
+    };
     let mut sums = vec![[0.0f64; 3]; count];
-    for (&vertex, &normal) in mesh.indices.iter().zip(&mesh.normal_indices) {
-        let (Some(sum), Some(normal)) = (sums.get_mut(vertex as usize), stored.get(normal as usize)) else {
-            continue;
-        };
-        let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if length.is_finite() && length > 0.0 {
-            for (s, x) in sum.iter_mut().zip(normal) {
-                *s += x / length;
-            }
+    for (vertex, normal) in corners() {
+        let Some(sum) = sums.get_mut(vertex) else { continue };
+        for (s, x) in sum.iter_mut().zip(normal) {
+            *s += x;
         }
     }
-    sums.iter()
-        .map(|sum| {
-            let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if length > 0.0 { sum.map(|x| narrow(x / length)) } else { [0.0; 3] }
-        })
-        .collect()
+    let means: Vec<[f32; 3]> =
+        sums.iter().map(|sum| unit(sum).map_or([0.0; 3], |mean| mean.map(narrow))).collect();
+    let mut seen = vec![false; count];
+    for (vertex, normal) in corners() {
+        if let (Some(mean), Some(seen)) = (means.get(vertex), seen.get_mut(vertex))
+            && !*seen
+            && differ(normal.map(narrow), *mean)
+        {
+            *seen = true;
+            *mixed = mixed.saturating_add(1);
+        }
+    }
+    means
 }
 
 /// A colour from 0..1 as bytes, opaque.
@@ -126,6 +139,8 @@ fn warn(tally: &mut Tally, findings: &Findings, unused: u64) {
             "vertex_weights" => "weights of vertices are ignored, since polygons have none",
             "partial_colors" => "vertices do not follow the first one in having or lacking a colour",
             "outside_material_files" => "material files outside the input's folder are not looked for",
+            "texture_coordinates" => TEXTURES,
+            "materials" => MATERIALS,
             "missing_material_files" => "material files are missing; the geometry needs none",
             _ => "unknown statements are ignored",
         };

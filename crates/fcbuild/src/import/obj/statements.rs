@@ -216,8 +216,10 @@ fn resolve(word: &[u8], text: &[u8], so_far: u64, total: u64, what: &str, id: u6
 /// Statements that are no part of a polygon mesh and are worth a warning.
 pub(super) fn oddity(keyword: &[u8]) -> Option<&'static str> {
     match keyword {
-        b"f" | b"o" | b"g" | b"s" | b"vt" | b"vp" | b"usemtl" | b"usemap" | b"maplib" | b"mg" | b"bevel"
-        | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj" => None,
+        b"f" | b"o" | b"g" | b"s" | b"vp" | b"usemap" | b"maplib" | b"mg" | b"bevel" | b"c_interp"
+        | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj" => None,
+        b"vt" => Some("texture_coordinates"),
+        b"usemtl" => Some("materials"),
         b"l" | b"p" => Some("lines_and_points"),
         b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm" | b"trim"
         | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"ctech" | b"stech" => Some("free_form_geometry"),

@@ -1,6 +1,7 @@
 //! The elements of a PLY file after its header, in whatever order they come.
 
 use super::super::faces::{Faces, MAX_CORNERS, Vertices};
+use super::super::tally::TEXTURES;
 use super::super::words::Lack;
 use super::header::{Element, Encoding, Header, Kind, Scalar};
 use super::values::Values;
@@ -9,6 +10,10 @@ use crate::error::{Error, ErrorKind};
 
 /// The most corners a polygon may have, as lengths in a file are counted.
 const CORNER_LIMIT: u64 = MAX_CORNERS as u64;
+
+/// How programs call texture coordinates, of vertices and of faces.
+const TEXTURE_NAMES: [&str; 9] =
+    ["s", "t", "u", "v", "texture_u", "texture_v", "texture_s", "texture_t", "texcoord"];
 
 /// Reads all elements; the triangles go to `faces`.
 pub(super) fn read<V: Values>(
@@ -29,6 +34,12 @@ pub(super) fn read<V: Values>(
     let mut waiting = Waiting::default();
     for element in &header.elements {
         check_room(values, header.encoding, element)?;
+        let of_surface = matches!(element.name.as_str(), "vertex" | "face");
+        if of_surface
+            && element.properties.iter().any(|property| TEXTURE_NAMES.contains(&property.name.as_str()))
+        {
+            faces.tally.warn("texture_coordinates", element.count, TEXTURES);
+        }
         match element.name.as_str() {
             "vertex" => data = Some(vertices::read(values, element)?),
             "face" | "tristrips" => {
