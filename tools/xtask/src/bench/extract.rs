@@ -303,7 +303,7 @@ fn plot(name: &str, walks: &[Walk; 2]) -> Plot {
             (run.iter().map(|p| p.0).sum::<f64>() / run.len().max(1) as f64, time)
         };
         let points = points.chunks(10).map(middle).collect();
-        Series { name: format!("{} x", walk.speed), color, dashes, points }
+        Series { name: format!("{} x", walk.speed), color, dashes, dots: false, points }
     };
     Plot {
         title: format!("A walk through 100 instances of {name}"),

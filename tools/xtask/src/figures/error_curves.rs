@@ -101,6 +101,7 @@ fn curves(model: &Model, out: &Output) -> Result<Outcome, Box<dyn Error>> {
             name: mode.name().to_owned(),
             color: mode.color,
             dashes: mode.dashes,
+            dots: false,
             points: counts.iter().enumerate().map(|(i, c)| (*c as f64, value(m, i))).collect(),
         });
         let plot = Plot {

@@ -3,7 +3,7 @@
 use super::page::whole;
 use std::fmt::Write as _;
 
-/// A curve.
+/// A curve, or a cloud of points.
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
     /// For the legend.
@@ -12,7 +12,9 @@ pub(crate) struct Series {
     pub(crate) color: &'static str,
     /// Dashes as SVG takes them; empty for an unbroken line.
     pub(crate) dashes: &'static str,
-    /// Positive numbers, ascending in x; others are left out.
+    /// A dot for each point in the place of a line, for points that follow one another in no order.
+    pub(crate) dots: bool,
+    /// Positive numbers, ascending in x for a line; others are left out.
     pub(crate) points: Vec<(f64, f64)>,
 }
 
@@ -88,7 +90,7 @@ impl Axis {
     /// Which multiples of powers of ten have names: the fewer powers there are, the more.
     fn named_parts(&self) -> &'static [i32] {
         match self.decades().count() {
-            0 | 1 => &[1, 2, 3, 4, 5, 6, 7, 8, 9],
+            0 | 1 => &[1, 2, 3, 5, 7],
             2 | 3 => &[1, 2, 5],
             _ => &[1],
         }
@@ -145,13 +147,14 @@ impl Plot {
         );
         self.grid(&mut out, x_axis, y_axis);
         for s in &self.series {
-            let line: Vec<String> = s
-                .points
-                .iter()
-                .copied()
-                .filter(shown)
-                .map(|(x, y)| format!("{:.1},{:.1}", x_axis.place(x), y_axis.place(y)))
-                .collect();
+            let places = s.points.iter().filter(|p| shown(p)).map(|p| (x_axis.place(p.0), y_axis.place(p.1)));
+            if s.dots {
+                for (x, y) in places {
+                    let _ = writeln!(out, "{}", dot(x, y, s.color));
+                }
+                continue;
+            }
+            let line: Vec<String> = places.map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
             let dashes = dash_attribute(s.dashes);
             let _ = writeln!(
                 out,
@@ -235,7 +238,7 @@ impl Plot {
         let middle = (top + bottom) / 2.0;
         let _ = writeln!(
             out,
-            "<text x=\"20\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 20 {middle})\">{}</text>",
+            "<text x=\"14\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {middle})\">{}</text>",
             escaped(&self.y_label)
         );
     }
@@ -249,19 +252,29 @@ impl Plot {
             // About as wide as it will be, to stand in the middle of its part of the row.
             let wide = 40.0 + 7.0 * s.name.chars().count() as f64;
             let x = left + step * (i as f64 + 0.5) - 0.5 * wide;
+            let mark = match s.dots {
+                true => dot(x + 16.0, y, s.color),
+                false => format!(
+                    "<line x1=\"{x:.1}\" y1=\"{y}\" x2=\"{:.1}\" y2=\"{y}\" stroke=\"{}\" stroke-width=\"2.5\"{}/>",
+                    x + 32.0,
+                    s.color,
+                    dash_attribute(s.dashes)
+                ),
+            };
             let _ = writeln!(
                 out,
-                "<line x1=\"{x:.1}\" y1=\"{y}\" x2=\"{:.1}\" y2=\"{y}\" stroke=\"{}\" stroke-width=\"2.5\"{}/>\n\
-                 <text x=\"{:.1}\" y=\"{}\">{}</text>",
-                x + 32.0,
-                s.color,
-                dash_attribute(s.dashes),
+                "{mark}\n<text x=\"{:.1}\" y=\"{}\">{}</text>",
                 x + 39.0,
                 y + 4.5,
                 escaped(&s.name)
             );
         }
     }
+}
+
+/// A dot that lets others below it show.
+fn dot(x: f64, y: f64, color: &str) -> String {
+    format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"{color}\" fill-opacity=\"0.7\"/>")
 }
 
 fn dash_attribute(dashes: &str) -> String {
@@ -305,6 +318,7 @@ mod tests {
                 name: "pca".to_owned(),
                 color: "#d50",
                 dashes: "",
+                dots: false,
                 points: vec![(1.0, 1e-2), (10.0, 1e-3), (100.0, 1e-4), (200.0, 0.0)],
             }],
         }
@@ -324,6 +338,15 @@ mod tests {
         p.series[0].points.pop();
         let svg = p.to_svg();
         assert!(svg.contains("points=\"78.0,62.0 344.0,213.0 610.0,364.0\""), "{svg}");
+    }
+
+    #[test]
+    fn a_cloud_of_points_has_a_dot_each_and_no_line() {
+        let mut p = plot();
+        p.series[0].dots = true;
+        let svg = p.to_svg();
+        // Three that are positive, and one in the legend.
+        assert_eq!((svg.matches("<circle").count(), svg.matches("<polyline").count()), (4, 0));
     }
 
     #[test]
