@@ -105,6 +105,12 @@ pub struct Cli {
     /// Draw only the nearest part, which is drawn first and hides the rest
     #[arg(long, requires = "headless")]
     pub only_occluders: bool,
+    /// About so many occlusion queries a frame: more hide more and take longer
+    #[arg(long, value_name = "N", default_value_t = 1024, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub queries: u32,
+    /// Draw the polygons that occlusion queries ask about: red around what is hidden, blue around what may show
+    #[arg(long)]
+    pub show_questions: bool,
     /// Write a PNG picture of the last frame, or of each frame, if the name holds {#} for its number, padded with
     /// zeros; existing pictures are replaced
     #[arg(long, value_name = "OUT.png", requires = "headless")]
@@ -200,6 +206,8 @@ impl Cli {
             },
             wireframe: self.wireframe,
             only_occluders: self.only_occluders,
+            show_questions: self.show_questions,
+            queries: self.queries as usize,
             measure: self.headless,
             ..FrameOptions::default()
         }
@@ -287,7 +295,7 @@ mod tests {
     fn every_flag_means_what_it_says() {
         let cli = parse(
             "a.fct b.fct --instances 7 --seed 9 --no-lod --no-frustum --no-backface --two-sided --occlusion off \
-             --size 64x48 --samples 1 --color clusters --wireframe --fov 90 --headless --camera fly --frames 3 \
+             --size 64x48 --samples 1 --color clusters --wireframe --show-questions --queries 99 --fov 90 --headless --camera fly --frames 3 \
              --screenshot x{n}.png --stats s.json",
         )
         .unwrap();
@@ -304,6 +312,8 @@ mod tests {
             occlusion: Occlusion::Off,
             color: ColorMode::Clusters,
             wireframe: true,
+            show_questions: true,
+            queries: 99,
             measure: true,
             ..FrameOptions::default()
         };
@@ -346,6 +356,7 @@ mod tests {
             "a.fct --headless --watch",
             "a.fct --triangles 0",
             "a.fct --triangles 9 --pixels 2",
+            "a.fct --queries 0",
             "a.fct --gpu-memory 0",
             "a.fct --gpu-memory -1",
             "a.fct --gpu-memory lots",

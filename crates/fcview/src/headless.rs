@@ -218,6 +218,7 @@ fn settings(cli: &Cli, scene: &Scene) -> SettingStats {
             OcclusionFlag::Exact => "exact",
             OcclusionFlag::Off => "off",
         },
+        queries: cli.queries,
         color: match cli.color {
             ColorFlag::Shaded => "shaded",
             ColorFlag::Clusters => "clusters",

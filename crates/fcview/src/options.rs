@@ -70,6 +70,9 @@ pub struct FrameOptions {
     pub wireframe: bool,
     /// Draw only the first half of the rounds: shows what hides the rest.
     pub only_occluders: bool,
+    /// Draw the polygons that occlusion queries ask about over the picture: red where what they enclose was hidden, blue
+    /// where it may show.
+    pub show_questions: bool,
     /// Choose detail and cull for this camera while another one draws: shows from outside what a view gets.
     pub frozen: Option<Camera>,
     /// Wait for the GPU after each stage, so that the stages' times are true. Costs a little of the total.
@@ -93,6 +96,7 @@ impl Default for FrameOptions {
             color: ColorMode::Shaded,
             wireframe: false,
             only_occluders: false,
+            show_questions: false,
             frozen: None,
             measure: false,
             depth: false,

@@ -14,6 +14,7 @@ use crate::frame::meshes::Meshes;
 use crate::frame::pieces::Piece;
 use crate::frame::plan::Plan;
 use crate::gpu::occlusion::OcclusionQueries;
+use crate::gpu::outlines::Outlines;
 use crate::gpu::pages::{Pages, Place};
 use crate::gpu::pipelines::{self, ClusterVertex, FrameUniform, InstanceRow, Pipelines, Sides};
 use crate::gpu::readback;
@@ -44,6 +45,7 @@ pub struct Renderer {
     whole: Vec<Option<Place>>,
     whole_indices: Pages,
     queries: OcclusionQueries,
+    outlines: Outlines,
     cuts: Meshes,
     fitter: fcextract::Fitter,
     /// The last frame's plan, and its pieces that were drawn and that were found hidden.
@@ -119,6 +121,7 @@ impl Renderer {
             pipelines: None,
             target: None,
             queries: OcclusionQueries::default(),
+            outlines: Outlines::new(),
             cuts: Meshes::default(),
             fitter: fcextract::Fitter::default(),
             plan: Plan::default(),
@@ -232,6 +235,7 @@ impl Renderer {
         self.residency.forget();
         self.target = None;
         self.queries = OcclusionQueries::default();
+        self.outlines = Outlines::new();
         for pages in [&mut self.indices, &mut self.corners, &mut self.rows] {
             pages.clear();
         }

@@ -190,6 +190,8 @@ pub struct SettingStats {
     pub two_sided: bool,
     /// `--occlusion`: `exact` or `off`.
     pub occlusion: &'static str,
+    /// `--queries`.
+    pub queries: u32,
     /// `--color`: `shaded`, `clusters`, `depth` or `level`.
     pub color: &'static str,
     /// `--wireframe` is on.

@@ -19,6 +19,7 @@ const EVERYTHING: FrameOptions = FrameOptions {
     color: ColorMode::Shaded,
     wireframe: false,
     only_occluders: false,
+    show_questions: false,
     frozen: None,
     measure: false,
     depth: true,
@@ -110,4 +111,34 @@ fn two_sided_drawing_is_never_culled_by_cones() {
     let without = FrameOptions { two_sided: true, ..EVERYTHING };
     let with = FrameOptions { backface: true, occlusion: Occlusion::Exact, ..without };
     compare(&scene, &with, &without);
+}
+
+#[test]
+fn the_questions_are_drawn_over_the_same_picture_where_there_are_any() {
+    let scene = scene();
+    let camera = cameras(&scene)[0];
+    for samples in [1, 4] {
+        let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
+        for occlusion in [Occlusion::Off, Occlusion::Exact] {
+            let without = FrameOptions { occlusion, samples, queries: 256, ..EVERYTHING };
+            let with = FrameOptions { show_questions: true, ..without };
+            let (plain, before) = renderer.render(&scene, &camera, &without).unwrap();
+            let (lined, stats) = renderer.render(&scene, &camera, &with).unwrap();
+            assert_eq!(before.counts, stats.counts);
+            assert_eq!(plain.depth, lined.depth, "lines leave no depth");
+            let new = |color: fn(&[u8; 4]) -> bool| {
+                let pixels = plain.rgba.as_chunks::<4>().0.iter().zip(lined.rgba.as_chunks::<4>().0);
+                pixels.filter(|(before, after)| before != after && color(after)).count()
+            };
+            let (red, blue) = (new(|p| p[0] > 150 && p[2] < 130), new(|p| p[2] > 150 && p[0] < 130));
+            if occlusion == Occlusion::Off {
+                assert_eq!(plain, lined);
+            } else {
+                assert!(stats.counts.batches_culled_occlusion > 0);
+                assert!(red > 100 && blue > 100, "{red} red pixels, {blue} blue ones");
+            }
+            let (again, _) = renderer.render(&scene, &camera, &without).unwrap();
+            assert_eq!(plain, again, "no line is left");
+        }
+    }
 }

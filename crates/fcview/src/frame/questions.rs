@@ -5,7 +5,6 @@ use super::pieces::{Piece, sphere};
 use super::plan::Plan;
 use crate::bounding_polygon::{Prism, sphere_polygon, to_clip};
 use crate::camera::View;
-use crate::gpu::occlusion::PolygonList;
 use crate::scene::{Instance, Scene};
 use fct::Child;
 use glam::DVec3;
@@ -19,11 +18,11 @@ pub(crate) enum Question {
 }
 
 impl Question {
-    /// Adds the polygon to a list.
-    pub(crate) fn ask(&self, polygons: &mut PolygonList) {
+    /// The corners of the polygon, in order.
+    pub(crate) fn corners(&self) -> &[[f32; 4]] {
         match self {
-            Question::Octagon(corners) => polygons.push(corners),
-            Question::Square(corners) => polygons.push(corners),
+            Question::Octagon(corners) => corners,
+            Question::Square(corners) => corners,
         }
     }
 }

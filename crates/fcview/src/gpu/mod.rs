@@ -4,6 +4,7 @@
 pub(crate) mod census;
 mod device;
 pub(crate) mod occlusion;
+pub(crate) mod outlines;
 pub(crate) mod pages;
 pub(crate) mod pipelines;
 pub(crate) mod readback;

@@ -44,6 +44,15 @@ pub(crate) struct ClusterVertex {
     pub(crate) border: [u8; 4],
 }
 
+/// An end of a line over the picture, as `outlines.wgsl` reads it; 20 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct OutlineVertex {
+    pub(crate) clip: [f32; 4],
+    /// Linear, not sRGB.
+    pub(crate) color: [u8; 4],
+}
+
 /// Which triangles the rasteriser keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sides {
@@ -69,6 +78,7 @@ pub(crate) struct Pipelines {
     pub(crate) samples: u32,
     pub(crate) background: wgpu::RenderPipeline,
     pub(crate) bounding_polygon: wgpu::RenderPipeline,
+    pub(crate) outlines: wgpu::RenderPipeline,
     surfaces: Vec<(Look, Sides, wgpu::RenderPipeline)>,
 }
 
@@ -96,6 +106,8 @@ const SURFACE_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
     wgpu::vertex_attr_array![4 => Float32x3, 5 => Snorm16x2, 6 => Unorm8x4];
 const CLUSTER_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
     wgpu::vertex_attr_array![4 => Float32x3, 5 => Unorm8x4, 6 => Unorm8x4];
+const OUTLINE_ATTRIBUTES: [wgpu::VertexAttribute; 2] =
+    wgpu::vertex_attr_array![0 => Float32x4, 1 => Unorm8x4];
 const POLYGON_ATTRIBUTES: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
 
 /// A vertex buffer's layout.
@@ -131,6 +143,7 @@ impl Pipelines {
         let clusters = module("clusters", [common, include_str!("../shaders/clusters.wgsl")].concat());
         let background = module("background", include_str!("../shaders/background.wgsl").to_owned());
         let polygon = module("bounding polygon", include_str!("../shaders/bounding_polygon.wgsl").to_owned());
+        let outlines = module("outlines", include_str!("../shaders/outlines.wgsl").to_owned());
 
         let vertex = wgpu::VertexStepMode::Vertex;
         let instance_layout =
@@ -140,6 +153,8 @@ impl Pipelines {
         let cluster_layouts =
             [instance_layout, layout(size_of::<ClusterVertex>(), vertex, &CLUSTER_ATTRIBUTES)];
         let polygon_layouts = [layout(16, vertex, &POLYGON_ATTRIBUTES)];
+
+        let outline_layouts = [layout(size_of::<OutlineVertex>(), vertex, &OUTLINE_ATTRIBUTES)];
 
         let make = |recipe: Recipe<'_>| recipe.build(device, samples);
         let mut surfaces = Vec::new();
@@ -164,7 +179,8 @@ impl Pipelines {
                     // Strictly nearer: of two surfaces at one depth the first drawn stays, so that leaving out
                     // hidden ones cannot change the picture.
                     depth_compare: wgpu::CompareFunction::Greater,
-                    writes: true,
+                    topology: TRIANGLES,
+                    writes: Writes::ColorAndDepth,
                 });
                 surfaces.push((look, sides, pipeline));
             }
@@ -179,7 +195,8 @@ impl Pipelines {
                 constants: &[],
                 sides: Sides::Both,
                 depth_compare: wgpu::CompareFunction::Always,
-                writes: true,
+                topology: TRIANGLES,
+                writes: Writes::ColorAndDepth,
             }),
             bounding_polygon: make(Recipe {
                 label: "bounding polygon",
@@ -190,7 +207,19 @@ impl Pipelines {
                 sides: Sides::Both,
                 // A polygon at the very depth that is there counts as visible: the safe side.
                 depth_compare: wgpu::CompareFunction::GreaterEqual,
-                writes: false,
+                topology: TRIANGLES,
+                writes: Writes::Nothing,
+            }),
+            outlines: make(Recipe {
+                label: "outlines",
+                layout: &bare,
+                module: &outlines,
+                buffers: &outline_layouts,
+                constants: &[],
+                sides: Sides::Both,
+                depth_compare: wgpu::CompareFunction::Always,
+                topology: wgpu::PrimitiveTopology::LineList,
+                writes: Writes::Color,
             }),
             surfaces,
         }
@@ -211,7 +240,18 @@ struct Recipe<'a> {
     constants: &'a [(&'a str, f64)],
     sides: Sides,
     depth_compare: wgpu::CompareFunction,
-    writes: bool,
+    topology: wgpu::PrimitiveTopology,
+    writes: Writes,
+}
+
+const TRIANGLES: wgpu::PrimitiveTopology = wgpu::PrimitiveTopology::TriangleList;
+
+/// What a pipeline leaves behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Writes {
+    Nothing,
+    Color,
+    ColorAndDepth,
 }
 
 impl Recipe<'_> {
@@ -232,18 +272,19 @@ impl Recipe<'_> {
                 buffers: self.buffers,
             },
             primitive: wgpu::PrimitiveState {
+                topology: self.topology,
                 cull_mode: (self.sides == Sides::Front).then_some(wgpu::Face::Back),
                 ..Default::default()
             },
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: DEPTH_FORMAT,
-                depth_write_enabled: Some(self.writes),
+                depth_write_enabled: Some(self.writes == Writes::ColorAndDepth),
                 depth_compare: Some(self.depth_compare),
                 stencil: wgpu::StencilState::default(),
                 bias: wgpu::DepthBiasState::default(),
             }),
             multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
-            fragment: self.writes.then_some(wgpu::FragmentState {
+            fragment: (self.writes != Writes::Nothing).then_some(wgpu::FragmentState {
                 module: self.module,
                 entry_point: Some("fragment"),
                 compilation_options: options,

@@ -29,6 +29,7 @@ impl Renderer {
         self.begin_geometry();
         self.hidden.clear();
         self.drawn.clear();
+        self.outlines.clear();
         let rounds = match frame.options.occlusion {
             Occlusion::Exact => frame.options.rounds.max(1),
             Occlusion::Off => 1,
@@ -56,6 +57,9 @@ impl Renderer {
             } else {
                 break;
             }
+        }
+        if let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) {
+            self.outlines.draw(&self.gpu, pipelines, target)?;
         }
         Ok(())
     }
@@ -101,14 +105,20 @@ impl Renderer {
         let asked = questions(frame.scene, frame.view, frame.plan, &pieces);
         let mut polygons = PolygonList::default();
         for question in asked.iter().flatten() {
-            question.ask(&mut polygons);
+            polygons.push(question.corners());
         }
         let answers = self.queries.visible(&self.gpu, pipelines, target, &polygons)?;
         stats.counts.queries += answers.len() as u64;
         let mut answers = answers.into_iter();
         let mut shown = Vec::with_capacity(pieces.len());
         for (piece, question) in pieces.into_iter().zip(&asked) {
-            if question.is_none() || answers.next() != Some(false) {
+            let is_hidden = question.is_some() && answers.next() == Some(false);
+            if let Some(question) = question
+                && frame.options.show_questions
+            {
+                self.outlines.add(question.corners(), is_hidden);
+            }
+            if !is_hidden {
                 shown.push(piece);
                 continue;
             }

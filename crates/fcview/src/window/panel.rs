@@ -234,7 +234,11 @@ impl Panel {
             egui::Checkbox::new(&mut self.options.backface, "Normal cone culling"),
         );
         let mut occlusion = self.options.occlusion == Occlusion::Exact;
-        ui.checkbox(&mut occlusion, "Occlusion culling");
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut occlusion, "Occlusion culling");
+            ui.add_enabled(occlusion, egui::Checkbox::new(&mut self.options.show_questions, "show it"))
+                .on_hover_text("what occlusion culling asks about: red was hidden, blue may show");
+        });
         self.options.occlusion = if occlusion { Occlusion::Exact } else { Occlusion::Off };
         ui.checkbox(&mut self.frozen, "Freeze the cut, look from elsewhere");
         ui.horizontal(|ui| {

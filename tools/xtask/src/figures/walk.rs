@@ -164,6 +164,8 @@ impl Viewer {
             ("walk.png", &[] as &[&str]),
             ("walk-occluders.png", &["--only-occluders"]),
             ("walk-level.png", &["--color", "level"]),
+            // Whole copies and large pieces: more would cover the picture.
+            ("walk-questions.png", &["--show-questions", "--queries", "16"]),
         ] {
             let target = picture.to_str().ok_or("the temporary folder's name is no Unicode")?;
             let mut words = vec!["--size", "640x360", "--screenshot", target];
@@ -238,7 +240,7 @@ fn report(
     let per_triangle =
         |walk: &[Frame]| median(walk.iter().map(|frame| 1e6 * frame.milliseconds / frame.triangles));
     let mut text = format!(
-        "# A walk through {COPIES} copies ([Tsuji07] fig. 7, 13, 14 and 15, and 6.3)\n\n\
+        "# A walk through {COPIES} copies ([Tsuji07] fig. 7, 8, 13, 14 and 15, and 6.3)\n\n\
          `fcview --instances {COPIES} --camera fly` at one pixel, 1280x720, one sample a pixel, {FRAMES} frames, the first left out, drawn by {adapter} on {} with {} threads.\n\
          The times are this machine's, and other programs may have run beside; every frame is in [a table](walk.csv).\n\
          The README quotes the same walk from [the measurements](../benchmarks/README.md), in fewer frames and another run: ratios compare, milliseconds do not.\n\
@@ -268,12 +270,17 @@ fn report(
             ),
             panel("walk.png", "All copies in view", "the whole frame (fig. 15)"),
             panel(
+                "walk-questions.png",
+                "The same with outlines in red and blue",
+                "what occlusion culling asks about, with few questions: red was found hidden, blue may show (fig. 8)",
+            ),
+            panel(
                 "walk-level.png",
                 "The same, coloured by the size of clusters",
                 "sizes of clusters: blue for single faces, warmer for each doubling",
             ),
         ],
-        3,
+        2,
     );
     text.push('\n');
     text += &panels(
