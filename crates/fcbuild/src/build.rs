@@ -240,14 +240,18 @@ fn build_prepared(
     for v in 0..anchored.len() {
         anchored[v] |= anchored[mesh.weld[v] as usize];
     }
+    // The walk takes about seven tenths of the stage; what follows has no faces to count.
+    let measured = counter(Phase::Bounds);
+    let tenths = |n: u64| (options.progress)(Phase::Bounds, (faces * n).div_ceil(10), faces);
     let Registered { registrations, mut nodes, cones } =
-        corners::register(&mesh, &splits, &loops, &anchored, &counter(Phase::Bounds));
+        corners::register(&mesh, &splits, &loops, &anchored, &|n| measured(n * 7 / 10));
     drop(anchored);
     if mode == SplitMode::Quality {
         bounds::raise_keys(&mut nodes);
     }
     mesh.forget_normals();
     let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, cones)?;
+    tenths(8);
     let mut activity = {
         let (registrations, curves) = (&registrations, &ends);
         let asking = Asking {
@@ -272,6 +276,7 @@ fn build_prepared(
         activity::always(&mesh.positions, &mut activity);
     }
     mesh.forget_adjacency();
+    tenths(9);
     loops.starts_at_end = Vec::new();
     let displaced = displacement::displacements(&mesh, &splits, &loops, &nodes, &activity);
     drop(nodes);
