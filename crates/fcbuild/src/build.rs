@@ -234,7 +234,7 @@ fn build_prepared(
     let Curves { ends, stretches } = curves::find(&mesh, &component, component_count);
     drop(component);
     let mut anchored = vec![false; mesh.positions.len()];
-    for r in ends.iter().filter(|r| r.error == f64::INFINITY) {
+    for r in ends.iter().filter(|r| r.bound == f64::INFINITY) {
         anchored[r.vertex as usize] = true;
     }
     for v in 0..anchored.len() {

@@ -103,8 +103,7 @@ fn split_off(splits: &[Split], faces: usize) -> Vec<u32> {
 /// Adds what curves ask for to the records.
 pub fn raise(curves: &[CurveRecord], records: &mut [Activity]) {
     for c in curves {
-        let key = round_up(c.error);
-        records[c.vertex as usize].add(key, key, &c.sphere);
+        records[c.vertex as usize].add(round_up(c.bound), round_up(c.budget), &c.sphere);
     }
 }
 

@@ -12,13 +12,15 @@ use crate::tree_order::TreeMesh;
 use fcgeom::Sphere;
 use glam::Vec3;
 
-/// What a curve asks of a vertex: to be drawn where the tolerance is below `error`, anywhere in `sphere`.
+/// What a curve asks of a vertex: to be drawn where the tolerance is below its key, anywhere in `sphere`.
 #[derive(Clone, Copy, Debug)]
 pub struct CurveRecord {
     /// The welded vertex (see [`TreeMesh::weld`]).
     pub vertex: u32,
-    /// Normal units; infinite for a vertex that is in every mesh.
-    pub error: f64,
+    /// The key in the order of bounds, in normal units; infinite for a vertex that is in every mesh.
+    pub bound: f64,
+    /// The same in the budget order.
+    pub budget: f64,
     /// Around the part of the curve that the vertex stands for.
     pub sphere: Sphere,
 }
@@ -48,8 +50,12 @@ pub fn straighten(mesh: &TreeMesh, stretches: &[Stretch], keys: &[Activity]) -> 
         let key = |i: usize| f64::from(keys[s.vertices[i] as usize].bound);
         let miss = |c: polyline::Chord| polyline::farthest_from_chord(&points, c.from, c.to);
         let raised = polyline::raise(&points, key, s.highest, miss);
-        let record =
-            |r: polyline::Raised| CurveRecord { vertex: s.vertices[r.point], error: r.key, sphere: r.sphere };
+        let record = |r: polyline::Raised| CurveRecord {
+            vertex: s.vertices[r.point],
+            bound: r.key,
+            budget: r.key,
+            sphere: r.sphere,
+        };
         raised.into_iter().map(record).collect::<Vec<_>>()
     };
     stretches.iter().flat_map(of_stretch).collect()
@@ -196,7 +202,7 @@ fn points_of(mesh: &TreeMesh, curve: &[u32]) -> Vec<Vec3> {
 fn add_open_curve(mesh: &TreeMesh, curve: Vec<u32>, out: &mut Curves) {
     for &vertex in [curve.first(), curve.last()].into_iter().flatten() {
         let sphere = Sphere::of_points(points_of(mesh, &[vertex]));
-        out.ends.push(CurveRecord { vertex, error: f64::INFINITY, sphere });
+        out.ends.push(CurveRecord { vertex, bound: f64::INFINITY, budget: f64::INFINITY, sphere });
     }
     out.stretches.push(Stretch { vertices: curve, highest: f64::INFINITY });
 }
@@ -219,7 +225,7 @@ fn add_loops(
         }
     }
     let mut has_anchor = vec![false; components];
-    for r in out.ends.iter().filter(|r| r.error == f64::INFINITY) {
+    for r in out.ends.iter().filter(|r| r.bound == f64::INFINITY) {
         has_anchor[component_of_vertex[r.vertex as usize] as usize] = true;
     }
     let sphere_of = |curve: &[u32]| Sphere::of_points(points_of(mesh, curve));
@@ -243,7 +249,7 @@ fn add_loops(
         let always = is_seam || widest[c].is_some_and(|(_, w)| w == i);
         let error = if always { f64::INFINITY } else { 2.0 * f64::from(sphere.radius) };
         for &k in &chosen {
-            out.ends.push(CurveRecord { vertex: ring[k], error, sphere });
+            out.ends.push(CurveRecord { vertex: ring[k], bound: error, budget: error, sphere });
         }
         for k in 0..chosen.len() {
             let (from, to) = (chosen[k], chosen[(k + 1) % chosen.len()]);

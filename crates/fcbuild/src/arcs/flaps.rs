@@ -3,13 +3,15 @@
 //! A chord cuts a strip off one of the two clusters that share an arc. Where they meet at a flat angle, the other
 //! cluster's polygon lies under that strip, within its own bound. Where they meet at a ridge, or fold back as at the
 //! rim of an ear, a point of the arc may lie beyond both polygons: nothing is nearer to it than the chord. A vertex
-//! that keeps such points within the tolerance gets a record from the arc's deviation, up to the largest tolerance
-//! at which clusters meet there at such an angle.
+//! that keeps such points near gets a record, up to the largest tolerance at which clusters meet there at such an
+//! angle. In the order of bounds its key is the arc's deviation; in the budget order, where clusters meet at other
+//! tolerances, it is what the error of the strip is worth.
 
 use super::activity::Activity;
 use super::curves::CurveRecord;
 use super::loops::{LAST, Loops, split_loops};
 use super::polyline::{self, Chord};
+use super::uncovered::{FLAT, Meeting, Order, uncovered};
 use crate::bounds::NodeBounds;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
@@ -41,25 +43,12 @@ struct Found {
     arc: Arc,
 }
 
-/// An arc with the clusters that meet along it.
+/// An arc, and the clusters that meet along one of its chords.
 #[derive(Default)]
 struct Arc {
     vertices: Vec<u32>,
-    meetings: Meetings,
-}
-
-/// Meetings at each edge of an arc: those of edge `i` end at `ends[i]`.
-#[derive(Default)]
-struct Meetings {
-    all: Vec<Meeting>,
-    ends: Vec<usize>,
-}
-
-impl Meetings {
-    fn at(&self, edge: usize) -> &[Meeting] {
-        let start = edge.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.all[start..self.ends[edge]]
-    }
+    points: Vec<Vec3>,
+    meetings: Vec<Meeting>,
 }
 
 /// A cluster on one side of an edge, on the way down to the face.
@@ -68,15 +57,6 @@ struct Side {
     node: usize,
     faces: Range<usize>,
     face: usize,
-}
-
-/// Two clusters that meet at an edge for tolerances in [from, below), with a ridge or a fold between them.
-#[derive(Clone, Copy, Debug)]
-struct Meeting {
-    from: f64,
-    below: f64,
-    /// Normal of the plane on either side; zero if that cluster needs no covering.
-    normals: [DVec3; 2],
 }
 
 struct Tree<'a> {
@@ -151,61 +131,65 @@ impl Tree<'_> {
         arc: &mut Arc,
         out: &mut Vec<CurveRecord>,
     ) {
-        let Arc { vertices, meetings } = arc;
+        let Arc { vertices, points, meetings } = arc;
         vertices.clear();
         vertices.extend(edges.iter().map(|&h| self.mesh.origin(h)));
         vertices.extend(edges.last().map(|&h| self.mesh.target(h)));
-        let key = |i: usize| f64::from(self.keys[self.mesh.weld[vertices[i] as usize] as usize].bound);
-        // Meetings at each edge, as far as one of its ends is not drawn anyway.
-        let last = vertices.len() - 1;
-        let drawn_below = |i: usize| if i == 0 || i == last { f64::INFINITY } else { key(i) };
-        meetings.all.clear();
-        meetings.ends.clear();
-        for (i, &h) in edges.iter().enumerate() {
-            let down_to = drawn_below(i).min(drawn_below(i + 1));
-            self.add_meetings(node, h, children, down_to, &mut meetings.all);
-            meetings.ends.push(meetings.all.len());
-        }
-        if meetings.all.is_empty() {
-            return;
-        }
-        let points: Vec<Vec3> = vertices.iter().map(|&v| self.mesh.positions[v as usize]).collect();
-        // The cut is there, and its ends are drawn, below the bound of its node.
-        let highest = f64::from(self.nodes[node].bound);
-        for r in polyline::raise(&points, key, highest, |chord| uncovered(&points, chord, meetings)) {
-            let vertex = self.mesh.weld[vertices[r.point] as usize];
-            out.push(CurveRecord { vertex, error: r.key, sphere: r.sphere });
+        points.clear();
+        points.extend(vertices.iter().map(|&v| self.mesh.positions[v as usize]));
+        for order in [Order::Bound, Order::Budget] {
+            let key = |i: usize| order.of_vertex(&self.keys[self.mesh.weld[vertices[i] as usize] as usize]);
+            // The cut is there, and its ends are drawn, below the key of its node.
+            let highest = order.of_node(&self.nodes[node]);
+            let mut any = false;
+            let raised = polyline::raise(points, key, highest, |chord| {
+                let find = |above: f64, out: &mut Vec<Meeting>| {
+                    let chord = Chord { lowest: above, ..chord };
+                    self.find_meetings(order, node, children, edges[chord.from], chord, out);
+                };
+                let miss = uncovered(order, points, chord, meetings, find);
+                any |= miss.is_some();
+                miss
+            });
+            if any {
+                out.extend(
+                    raised.iter().map(|r| order.record(self.mesh.weld[vertices[r.point] as usize], r)),
+                );
+            }
         }
     }
 
-    /// Adds the clusters that meet at an edge of the cut of `node`, for tolerances above `down_to`.
-    fn add_meetings(
+    /// Finds the clusters that meet along a chord of the cut of `node`, whose first edge is `half_edge`, at the
+    /// tolerances at which it is drawn.
+    ///
+    /// They are the same along the whole chord: where another cluster begins, a vertex is drawn.
+    fn find_meetings(
         &self,
+        order: Order,
         node: usize,
-        half_edge: u32,
         children: &[(usize, Range<usize>); 2],
-        down_to: f64,
+        half_edge: u32,
+        chord: Chord,
         out: &mut Vec<Meeting>,
     ) {
-        let mut below = f64::from(self.nodes[node].bound);
-        if below <= down_to {
-            return;
-        }
+        out.clear();
+        let mut below = order.of_node(&self.nodes[node]);
         let faces = [half_edge, self.mesh.opposite[half_edge as usize]].map(|h| h as usize / 3);
         let side = |i: usize| Side { node: children[i].0, faces: children[i].1.clone(), face: faces[i] };
         let mut sides = [side(0), side(1)];
-        while below > down_to {
-            let [a, b] = [0, 1].map(|i| self.bound(&sides[i]));
+        while below > chord.lowest {
+            let [a, b] = [0, 1].map(|i| self.key(order, &sides[i]));
             let from = a.max(b);
-            let normals = [0, 1].map(|i| self.normal(&sides[i]));
-            let is_flat = normals[0].dot(normals[1]) > FLAT;
-            if from < below && !is_flat && normals != [DVec3::ZERO; 2] {
-                out.push(Meeting { from, below, normals });
+            if from < below.min(chord.highest) {
+                let normals = [0, 1].map(|i| self.normal(order, &sides[i]));
+                if normals[0].dot(normals[1]) <= FLAT && normals != [DVec3::ZERO; 2] {
+                    out.push(Meeting { from, below, normals });
+                }
             }
             if sides.iter().all(|s| s.faces.len() == 1) {
                 break;
             }
-            // The cluster with the larger bound is refined first as the tolerance falls.
+            // The cluster with the larger key is refined first as the tolerance falls.
             let coarser = usize::from(b > a);
             let coarser = if sides[coarser].faces.len() == 1 { 1 - coarser } else { coarser };
             below = below.min(from);
@@ -223,56 +207,20 @@ impl Tree<'_> {
         }
     }
 
-    /// Zero for a cluster whose bound needs no covering.
-    fn normal(&self, side: &Side) -> DVec3 {
+    /// Zero for a cluster whose bound needs no covering, in the order of bounds.
+    fn normal(&self, order: Order, side: &Side) -> DVec3 {
         if side.faces.len() == 1 {
             self.mesh.normal_of_face(side.face).as_dvec3()
-        } else if self.nodes[side.node].from_corners {
+        } else if order == Order::Bound && self.nodes[side.node].from_corners {
             DVec3::ZERO
         } else {
             self.splits[side.node].normal.as_dvec3()
         }
     }
 
-    fn bound(&self, side: &Side) -> f64 {
-        if side.faces.len() == 1 { 0.0 } else { f64::from(self.nodes[side.node].bound) }
+    fn key(&self, order: Order, side: &Side) -> f64 {
+        if side.faces.len() == 1 { 0.0 } else { order.of_node(&self.nodes[side.node]) }
     }
-}
-
-/// Cosine of the angle (20 degrees) between planes up to which an arc is taken to be covered: a point in both slabs
-/// and beyond both polygons is at most 1 / cos(10 degrees) times the larger bound from the chord.
-const FLAT: f64 = 0.94;
-
-/// Cosine of the angle (120 degrees) between planes from which on a chord must be near its arc on either side: the
-/// clusters fold back, and a polygon that juts out beyond the arc has no surface under it.
-const FOLDED: f64 = -0.5;
-
-/// The point that is farthest from a chord among those that lie beyond the polygons on both sides of it, and its
-/// distance, capped by the tolerance up to which those polygons are drawn; none if all points are covered.
-fn uncovered(points: &[Vec3], chord: Chord, meetings: &Meetings) -> Option<(usize, f64)> {
-    let (a, b) = (points[chord.from].as_dvec3(), points[chord.to].as_dvec3());
-    let along = b - a;
-    let mut worst = (0, chord.lowest);
-    for (i, p) in points.iter().enumerate().take(chord.to).skip(chord.from + 1) {
-        let offset = polyline::offset_from_segment(p.as_dvec3(), a, b);
-        let distance = offset.length();
-        if distance <= worst.1 {
-            continue;
-        }
-        for m in meetings.at(i - 1).iter().chain(meetings.at(i)) {
-            // The left cluster lies to the left of the chord in its plane, the other one to the right.
-            let into_left = m.normals[0].cross(along);
-            let into_right = along.cross(m.normals[1]);
-            let counts = m.normals.contains(&DVec3::ZERO)
-                || m.normals[0].dot(m.normals[1]) < FOLDED
-                || (offset.dot(into_left) <= 0.0 && offset.dot(into_right) <= 0.0);
-            let at = distance.min(m.below);
-            if counts && distance > m.from && m.from < chord.highest && at > worst.1 {
-                worst = (i, at);
-            }
-        }
-    }
-    (worst.0 > 0).then_some(worst)
 }
 
 /// Shows the stretches of a loop that lie on the cut, from end to end of an arc; a closed cut starts and ends at
@@ -319,38 +267,5 @@ fn each_arc(
     }
     if !arc.is_empty() {
         show(arc);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn meeting(a: DVec3, b: DVec3) -> Meetings {
-        let one = Meeting { from: 0.0, below: 9.0, normals: [a, b] };
-        Meetings { all: vec![one; 2], ends: vec![1, 2] }
-    }
-
-    fn uncovered(points: &[Vec3], meetings: &Meetings) -> f64 {
-        let chord = Chord { from: 0, to: 2, lowest: 0.0, highest: 9.0 };
-        super::uncovered(points, chord, meetings).map_or(0.0, |worst| worst.1)
-    }
-
-    #[test]
-    fn a_point_is_uncovered_only_beyond_both_polygons() {
-        // An arc along x whose middle vertex leaves the chord sideways.
-        let arc = |y: f32, z: f32| [Vec3::ZERO, Vec3::new(1.0, y, z), Vec3::new(2.0, 0.0, 0.0)];
-        // A flat meeting: the strip lies over one polygon or the other.
-        let flat = meeting(DVec3::Z, DVec3::Z);
-        assert_eq!(uncovered(&arc(0.5, 0.0), &flat), 0.0);
-        assert_eq!(uncovered(&arc(-0.5, 0.0), &flat), 0.0);
-        // The rim of an ear: both clusters lie at y > 0, one above the other; a chord over a notch has nothing under it.
-        let rim = meeting(DVec3::Z, -DVec3::Z);
-        assert_eq!(uncovered(&arc(-0.5, 0.0), &rim), 0.5);
-        assert_eq!(uncovered(&arc(0.5, 0.0), &rim), 0.5);
-        // A right-angled ridge: the left cluster is flat at y > 0, the right one goes down from it.
-        let ridge = meeting(DVec3::Z, -DVec3::Y);
-        assert!((uncovered(&arc(-0.3, 0.4), &ridge) - 0.5).abs() < 1e-6);
-        assert_eq!(uncovered(&arc(-0.3, -0.4), &ridge), 0.0);
     }
 }

@@ -19,3 +19,4 @@ pub mod curves;
 pub mod flaps;
 pub mod loops;
 pub(crate) mod polyline;
+pub(crate) mod uncovered;
