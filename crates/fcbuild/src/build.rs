@@ -3,7 +3,7 @@
 use crate::arcs::activity::Asking;
 use crate::arcs::corners::{self, Registered};
 use crate::arcs::curves::{self, Curves};
-use crate::arcs::{activity, flaps, loops::Loops};
+use crate::arcs::{activity, flaps, holes, loops::Loops};
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
@@ -268,6 +268,9 @@ fn build_prepared(
     let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
     activity::raise(&uncovered, &mut activity);
     drop(uncovered);
+    let around_holes = holes::records(&mesh, &splits, &loops, &nodes, &activity);
+    activity::raise(&around_holes, &mut activity);
+    drop(around_holes);
     let straight = curves::straighten(&mesh, &stretches, &activity);
     activity::raise(&straight, &mut activity);
     drop((stretches, straight));

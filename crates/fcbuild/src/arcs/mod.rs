@@ -10,13 +10,14 @@
 //!
 //! # Deviations
 //! A closed cut gets three anchors, every child keeps at least three corners and those that its bound counts on, vertices
-//! on open boundaries, on seams and along folds are drawn by the error of leaving them out, and the copies of a vertex
-//! along a seam are drawn together.
+//! on open boundaries, on seams, along folds and around thin rings are drawn by the error of leaving them out, and the
+//! copies of a vertex along a seam are drawn together.
 
 pub mod activity;
 pub mod corners;
 pub mod curves;
 pub mod flaps;
+pub mod holes;
 pub mod loops;
 pub(crate) mod polyline;
-pub(crate) mod uncovered;
+mod uncovered;

@@ -1,0 +1,174 @@
+//! Clusters with holes, whose polygons need enough vertices around each loop.
+//!
+//! The outline of a flat ring that is drawn with four vertices may lie within its hole that is drawn with six: the
+//! polygon then covers the hole and none of the ring. In the order of bounds such clusters count as folded and are
+//! split early; in the budget order the loops of thin ones get vertices until no chord takes off, or adds, more than a
+//! share of the cluster's area.
+
+use super::activity::Activity;
+use super::curves::CurveRecord;
+use super::loops::{LAST, Loops, split_loops};
+use crate::bounds::NodeBounds;
+use crate::partition::Split;
+use crate::tree_order::TreeMesh;
+use fcgeom::Sphere;
+use glam::DVec3;
+use std::ops::Range;
+
+/// The records that clusters with holes ask for, in the budget order.
+pub fn records(
+    mesh: &TreeMesh,
+    splits: &[Split],
+    loops: &Loops,
+    nodes: &[NodeBounds],
+    keys: &[Activity],
+) -> Vec<CurveRecord> {
+    let tree = Tree { mesh, splits, loops, nodes, keys };
+    tree.records_below(0, 0..mesh.faces.len(), f32::INFINITY)
+}
+
+/// Below this many faces a subtree stays on one thread.
+const SERIAL_BELOW: usize = 4096;
+
+/// Clusters of fewer faces have no holes that matter.
+const LEAST_FACES: usize = 8;
+
+/// A cluster is thin if it covers no more than this share of what its largest loop goes around. Others have room for
+/// chords, and vertices would cost them more than they mend.
+const THIN: f64 = 0.7;
+
+/// A chord may take off, or add, this share of the area of its cluster.
+const SHARE: f64 = 0.15;
+
+/// Stretches are halved so often at most.
+const MAX_DEPTH: u32 = 6;
+
+struct Tree<'a> {
+    mesh: &'a TreeMesh,
+    splits: &'a [Split],
+    loops: &'a Loops,
+    nodes: &'a [NodeBounds],
+    keys: &'a [Activity],
+}
+
+/// A loop as it is seen along the normal of its cluster's plane.
+struct Ring<'a> {
+    entries: &'a [u32],
+    normal: DVec3,
+    /// What a chord may take off or add: twice an area.
+    most: f64,
+    /// The largest tolerance at which the cluster is drawn.
+    key: f32,
+}
+
+impl Tree<'_> {
+    /// The records of a node and of all below, in the order of the nodes.
+    fn records_below(&self, node: usize, faces: Range<usize>, parent_key: f32) -> Vec<CurveRecord> {
+        let mut out = Vec::new();
+        if faces.len() < SERIAL_BELOW {
+            self.records_below_serial(node, faces, parent_key, &mut out);
+            return out;
+        }
+        self.records_of_node(node, parent_key, &mut out);
+        let (left, key) = (self.splits[node].left_faces as usize, self.nodes[node].budget);
+        let middle = faces.start + left;
+        let (l, r) = rayon::join(
+            || self.records_below(node + 1, faces.start..middle, key),
+            || self.records_below(node + left, middle..faces.end, key),
+        );
+        out.extend(l);
+        out.extend(r);
+        out
+    }
+
+    fn records_below_serial(
+        &self,
+        node: usize,
+        faces: Range<usize>,
+        parent_key: f32,
+        out: &mut Vec<CurveRecord>,
+    ) {
+        if faces.len() < LEAST_FACES {
+            return;
+        }
+        self.records_of_node(node, parent_key, out);
+        let (left, key) = (self.splits[node].left_faces as usize, self.nodes[node].budget);
+        let middle = faces.start + left;
+        self.records_below_serial(node + 1, faces.start..middle, key, out);
+        self.records_below_serial(node + left, middle..faces.end, key, out);
+    }
+
+    fn records_of_node(&self, node: usize, parent_key: f32, out: &mut Vec<CurveRecord>) {
+        let entries = self.loops.of_node(node);
+        let has_holes = entries.iter().rev().skip(1).any(|h| h & LAST != 0);
+        let is_drawn = self.nodes[node].budget < parent_key && parent_key.is_finite();
+        if !has_holes || !is_drawn || self.splits[node].joins_components {
+            return;
+        }
+        let normal = self.splits[node].normal.as_dvec3();
+        let areas = || split_loops(entries).map(|ring| self.area(ring, 0, ring.len(), normal));
+        let (whole, largest) = (areas().sum::<f64>().abs(), areas().map(f64::abs).fold(0.0, f64::max));
+        if whole > THIN * largest {
+            return;
+        }
+        let most = SHARE * whole;
+        for entries in split_loops(entries) {
+            self.records_of_ring(&Ring { entries, normal, most, key: parent_key }, out);
+        }
+    }
+
+    fn records_of_ring(&self, ring: &Ring<'_>, out: &mut Vec<CurveRecord>) {
+        let n = ring.entries.len();
+        let is_drawn = |i: &usize| self.keys[self.vertex(ring.entries, *i) as usize].budget >= ring.key;
+        let mut drawn: Vec<usize> = (0..n).filter(is_drawn).collect();
+        // A loop of fewer than three is left out as a whole.
+        if drawn.len() < 3 {
+            return;
+        }
+        drawn.push(drawn[0] + n);
+        for ends in drawn.windows(2) {
+            self.records_of_chord(ring, ends[0]..ends[1], 0, out);
+        }
+    }
+
+    /// Adds the farthest vertex of a chord that is too far from its arc, and those of what is left of it.
+    fn records_of_chord(&self, ring: &Ring<'_>, chord: Range<usize>, depth: u32, out: &mut Vec<CurveRecord>) {
+        let Range { start, end } = chord;
+        if end < start + 2 || depth > MAX_DEPTH {
+            return;
+        }
+        if self.area(ring.entries, start, end, ring.normal).abs() <= ring.most {
+            return;
+        }
+        let (a, b) = (self.place(ring.entries, start), self.place(ring.entries, end));
+        let across = ring.normal.cross(b - a);
+        let height = |i: usize| (self.place(ring.entries, i) - a).dot(across).abs();
+        let farthest = (start + 1..end).map(|i| (i, height(i))).reduce(|x, y| if y.1 > x.1 { y } else { x });
+        let Some((farthest, _)) = farthest else { return };
+        let points = (start..=end).map(|i| self.place(ring.entries, i).as_vec3());
+        out.push(CurveRecord {
+            vertex: self.vertex(ring.entries, farthest),
+            bound: 0.0,
+            budget: f64::from(ring.key),
+            sphere: Sphere::of_points(points),
+        });
+        self.records_of_chord(ring, start..farthest, depth + 1, out);
+        self.records_of_chord(ring, farthest..end, depth + 1, out);
+    }
+
+    /// Twice the area between a stretch of a loop and its chord, seen along the normal.
+    fn area(&self, ring: &[u32], start: usize, end: usize, normal: DVec3) -> f64 {
+        let a = self.place(ring, start);
+        let spoke = |i: usize| self.place(ring, i) - a;
+        (start + 1..end).map(|i| spoke(i).cross(spoke(i + 1)).dot(normal)).sum()
+    }
+
+    fn place(&self, ring: &[u32], i: usize) -> DVec3 {
+        self.mesh.position(self.mesh.origin(ring[i % ring.len()] & !LAST)).as_dvec3()
+    }
+
+    /// The welded vertex.
+    fn vertex(&self, ring: &[u32], i: usize) -> u32 {
+        self.mesh.weld[self.mesh.origin(ring[i % ring.len()] & !LAST) as usize]
+    }
+}
