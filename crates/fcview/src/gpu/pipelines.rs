@@ -194,7 +194,8 @@ impl Pipelines {
                 buffers: &[],
                 constants: &[],
                 sides: Sides::Both,
-                depth_compare: wgpu::CompareFunction::Always,
+                // It is as far as can be, so it shows where nothing else does.
+                depth_compare: wgpu::CompareFunction::GreaterEqual,
                 topology: TRIANGLES,
                 writes: Writes::ColorAndDepth,
             }),

@@ -24,10 +24,6 @@ impl Renderer {
         let mut drawn = 0;
         {
             let mut pass = target.begin(&mut encoder, "surface", ends.first, ends.last);
-            if ends.first {
-                pass.set_pipeline(&pipelines.background);
-                pass.draw(0..3, 0..1);
-            }
             pass.set_bind_group(0, &self.bind_group, &[]);
             let mut state = None;
             let mut runs = runs.iter().peekable();
@@ -53,6 +49,11 @@ impl Renderer {
                     pass.draw_indexed(range, 0, row..row + 1);
                 }
                 drawn += u64::from(count / 3);
+            }
+            if ends.last {
+                // Where nothing was drawn: no pixel is shaded for nothing.
+                pass.set_pipeline(&pipelines.background);
+                pass.draw(0..3, 0..1);
             }
         }
         self.gpu.queue.submit([encoder.finish()]);
