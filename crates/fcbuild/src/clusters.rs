@@ -47,11 +47,11 @@ impl Clusters for Measurements<'_> {
     }
 
     fn vertex_count(&self) -> usize {
-        self.mesh.stored.len()
+        self.mesh.positions.len()
     }
 
     fn position(&self, vertex: u32) -> [f32; 3] {
-        self.mesh.stored[vertex as usize].to_array()
+        self.mesh.stored(vertex).to_array()
     }
 
     fn left_faces(&self, node: u32) -> u32 {

@@ -113,6 +113,23 @@ impl Pull {
     }
 }
 
+/// A vertex, a level, and what happens to it there.
+type PullAt = (usize, usize, Pull);
+
+/// Adds up pulls at the same vertex and level, in their order.
+fn summed(mut pulls: Vec<PullAt>) -> Vec<PullAt> {
+    pulls.sort_by_key(|(vertex, level, _)| (*vertex, *level));
+    pulls.dedup_by(|next, sum| {
+        let same = (next.0, next.1) == (sum.0, sum.1);
+        if same {
+            sum.2.add(&next.2);
+        }
+        same
+    });
+    pulls.shrink_to_fit();
+    pulls
+}
+
 /// A subtree and the key of the node above it.
 struct Subtree {
     node: usize,
@@ -126,8 +143,8 @@ struct Task {
     own: Range<usize>,
     /// Own vertices that others pull at too, ascending.
     border: Vec<(usize, [Pull; LEVELS])>,
-    /// Pulls at other vertices: vertex, level, pull.
-    foreign: Vec<(usize, usize, Pull)>,
+    /// Pulls at other vertices.
+    foreign: Vec<PullAt>,
     first_face: usize,
     area: f64,
 }
@@ -212,7 +229,7 @@ impl Surroundings<'_> {
         for (solved, levels) in solved.iter_mut().zip(&pulls) {
             *solved = levels.each_ref().map(Pull::solve);
         }
-        Task { own, border, foreign, first_face, area }
+        Task { own, border, foreign: summed(foreign), first_face, area }
     }
 
     /// Which of the own vertices of a subtree others may pull at.
@@ -235,7 +252,7 @@ impl Surroundings<'_> {
     }
 
     /// The pulls of the nodes above all tasks.
-    fn above(&self, nodes: &[Subtree], tasks: &[Task]) -> Vec<(usize, usize, Pull)> {
+    fn above(&self, nodes: &[Subtree], tasks: &[Task]) -> Vec<PullAt> {
         let mut before = vec![0.0];
         let mut sum = 0.0;
         for t in tasks {
@@ -278,7 +295,7 @@ impl Surroundings<'_> {
         scratch.clear();
         for h in entries {
             let v = self.mesh.origin(h & !LAST);
-            let place = self.mesh.position(v).as_dvec3();
+            let place = self.mesh.positions[v as usize].as_dvec3();
             let height = normal.dot(place) - f64::from(split.offset);
             scratch.push((v, height));
             let mut edge = |from: (DVec3, f64), to: (DVec3, f64)| {
@@ -329,7 +346,7 @@ impl Surroundings<'_> {
     }
 
     fn area(&self, face: usize) -> f64 {
-        let [a, b, c] = self.mesh.faces[face].map(|v| self.mesh.position(v).as_dvec3());
+        let [a, b, c] = self.mesh.faces[face].map(|v| self.mesh.positions[v as usize].as_dvec3());
         0.5 * (b - a).cross(c - a).length()
     }
 }

@@ -41,13 +41,13 @@ impl Records {
     ) -> Result<Records, Error> {
         let polygons = polygon_records(&mesh, splits, &loops, &clusters.outlined);
         let scale = Scale(mesh.units.length());
-        let TreeMesh { stored, normals, colors, weld, .. } = mesh;
         drop(loops);
-        let vertices: Option<Vec<VertexRecord>> = (0..stored.len())
+        let vertices: Option<Vec<VertexRecord>> = (0..mesh.positions.len())
             .into_par_iter()
-            .map(|v| vertex_record(scale, stored[v], &activity[v], &displaced[v]))
+            .map(|v| vertex_record(scale, mesh.stored(v as u32), &activity[v], &displaced[v]))
             .collect();
-        drop((stored, activity, displaced));
+        drop((activity, displaced));
+        let TreeMesh { normals, colors, weld, .. } = mesh;
         let weld = weld
             .iter()
             .enumerate()
@@ -95,10 +95,10 @@ fn polygon_records(
     let ranges = face_ranges(splits, mesh.faces.len(), outlined);
     let record = |(outlined, faces): (&Outlined, Range<usize>)| {
         let Outlined { index, node, normal } = outlined;
-        let border = loops.of_node(*index as usize).iter().map(|h| mesh.origin(h & !LAST) as usize);
+        let border = loops.of_node(*index as usize).iter().map(|h| mesh.origin(h & !LAST));
         let own = mesh.own_vertices(&faces);
-        let points = own.clone().chain(border.filter(|v| *v < own.start));
-        let points = points.map(|v| mesh.stored[v].to_array());
+        let before = border.filter(|v| (*v as usize) < own.start);
+        let points = own.clone().map(|v| v as u32).chain(before).map(|v| mesh.stored(v).to_array());
         BoundingPolygonRecord::around(*index, node, normal.to_array(), points)
     };
     outlined.par_iter().zip(ranges).map(record).collect()

@@ -14,10 +14,11 @@ use std::ops::Range;
 pub struct TreeMesh {
     /// Units of the positions.
     pub units: Units,
-    /// Position of each vertex as the file stores it.
-    pub stored: Vec<Vec3>,
     /// Position of each vertex, in normal units.
     pub positions: Vec<Vec3>,
+    /// Position of each vertex as the file stores it; empty if it follows from the one in normal units, as it nearly
+    /// always does.
+    stored: Vec<Vec3>,
     /// Unit normal of each vertex, as the file stores it.
     pub normals: Vec<NormalRecord>,
     /// Colour of each vertex, if the input had colours.
@@ -54,12 +55,15 @@ impl TreeMesh {
         drop(normals);
         let stored = in_order(stored, &old_name);
         let positions = in_order(positions, &old_name);
-        let face_normals: Vec<Vec3> = faces.par_iter().map(|f| normal_of(f, &stored)).collect();
+        let face_normals: Vec<Vec3> =
+            faces.par_iter().map(|f| normal_of(f.map(|v| stored[v as usize]))).collect();
         let flat_faces = (0..n as u32).filter(|&f| face_normals[f as usize] == Vec3::ZERO).collect();
+        let is_same = |(s, p): (&Vec3, &Vec3)| units.stored(*p) == *s;
+        let stored = if stored.par_iter().zip(&positions).all(is_same) { Vec::new() } else { stored };
         TreeMesh {
             units,
-            stored,
             positions,
+            stored,
             normals: encoded,
             colors: colors.map(|colors| in_order(colors, &old_name)),
             weld,
@@ -78,20 +82,20 @@ impl TreeMesh {
         self.flat_faces = Vec::new();
     }
 
-    /// Frees what displacements do not need: adjacency, and positions, which [`TreeMesh::position`] finds again.
+    /// Frees who is adjacent to whom.
     pub fn forget_adjacency(&mut self) {
         self.opposite = Vec::new();
-        self.positions = Vec::new();
     }
 
-    /// Position of a vertex in normal units: [`TreeMesh::positions`] once more.
-    pub fn position(&self, vertex: u32) -> Vec3 {
-        self.units.normal(self.stored[vertex as usize])
+    /// Position of a vertex as the file stores it.
+    pub fn stored(&self, vertex: u32) -> Vec3 {
+        let vertex = vertex as usize;
+        self.stored.get(vertex).copied().unwrap_or_else(|| self.units.stored(self.positions[vertex]))
     }
 
     /// Unit normal of a face, zero if its area is zero: [`TreeMesh::face_normals`] once more.
     pub fn normal_of_face(&self, face: usize) -> Vec3 {
-        normal_of(&self.faces[face], &self.stored)
+        normal_of(self.faces[face].map(|v| self.stored(v)))
     }
 
     /// The vertices that faces of a range use first: all inside the cluster, and some on its boundary.
@@ -128,8 +132,8 @@ impl TreeMesh {
 }
 
 /// From the stored positions, as a reader sees them: a tiny face may be crooked in normal units.
-fn normal_of(face: &[u32; 3], stored: &[Vec3]) -> Vec3 {
-    let [a, b, c] = face.map(|v| stored[v as usize].as_dvec3());
+fn normal_of(stored: [Vec3; 3]) -> Vec3 {
+    let [a, b, c] = stored.map(|p| p.as_dvec3());
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 

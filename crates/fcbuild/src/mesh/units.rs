@@ -76,6 +76,11 @@ impl Units {
         (stored.as_dvec3() * power_of_two(-self.exponent)).as_vec3()
     }
 
+    /// A position in normal units as it is stored: the same again, unless [`Units::normal`] lost digits of it.
+    pub fn stored(&self, normal: Vec3) -> Vec3 {
+        (normal.as_dvec3() * power_of_two(self.exponent)).as_vec3()
+    }
+
     /// Length of one normal unit in the input's unit: a power of two.
     pub fn length(&self) -> f64 {
         power_of_two(self.exponent)
