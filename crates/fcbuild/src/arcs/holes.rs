@@ -164,7 +164,7 @@ impl Tree<'_> {
     }
 
     fn place(&self, ring: &[u32], i: usize) -> DVec3 {
-        self.mesh.position(self.mesh.origin(ring[i % ring.len()] & !LAST)).as_dvec3()
+        self.mesh.positions[self.mesh.origin(ring[i % ring.len()] & !LAST) as usize].as_dvec3()
     }
 
     /// The welded vertex.
