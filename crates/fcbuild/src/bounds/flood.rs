@@ -71,10 +71,10 @@ pub(super) struct Around<'a> {
 impl Flood {
     /// Widens the slab by what is seen in a hull of the surface beyond the border, whose half-edges come with where their
     /// ends are seen; false if some of it is steep, and left out.
-    pub(super) fn look<'b>(
+    pub(super) fn look(
         &mut self,
         around: Around<'_>,
-        border: impl Iterator<Item = (u32, &'b [Seen; 2])>,
+        border: impl Iterator<Item = (u32, [Seen; 2])>,
         slab: &mut Slab,
     ) -> bool {
         let Around { mesh, cluster, gaze, hull } = around;
@@ -85,7 +85,7 @@ impl Flood {
             let across = mesh.opposite[half_edge as usize];
             // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
             if across != NONE && hull.is_near(p.at, q.at) {
-                let [p, q] = [reached(*p), reached(*q)];
+                let [p, q] = [reached(p), reached(q)];
                 if reach(hull, p, q, slab) {
                     self.waiting.push(Waiting { half_edge: across, ends: [q, p] });
                 }

@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 /// A convex polygon, counter-clockwise, without corners on its edges; of fewer than three corners if it has no inside.
+/// One of very many corners is clipped to, and holds, a little more than what is in it.
 /// Keeps its memory from one to the next.
 #[derive(Debug, Default)]
 pub(super) struct Hull {
@@ -41,7 +42,7 @@ impl Edge {
 /// On which side of a hull's edges a point lies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
-    /// A bit for each edge that it lies beyond; edges 64 apart share one.
+    /// A bit for each edge that it lies beyond.
     beyond: u64,
     /// Whether it is farther inside than rounding could put it.
     is_deep: bool,
@@ -60,6 +61,9 @@ impl Side {
         self.is_deep
     }
 }
+
+/// Each has a bit of a word.
+const MOST_EDGES: usize = 64;
 
 /// A cross product counts as zero below this share of the lengths in it: points that are seen on a line then stay there.
 const ROUNDING: f64 = 1e-12;
@@ -84,13 +88,28 @@ impl Hull {
         }
         self.low = self.corners.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
         self.high = self.corners.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
-        let across = (self.high - self.low).length();
-        self.edges.clear();
-        let next = self.corners.iter().skip(1).chain(self.corners.first());
-        self.edges.extend(self.corners.iter().zip(next).map(|(u, v)| {
-            let along = *v - *u;
-            Edge { start: *u, along, rounding: ROUNDING * along.length() * across }
-        }));
+        self.find_edges();
+    }
+
+    fn find_edges(&mut self) {
+        let Hull { corners, edges, low, high, .. } = self;
+        let across = (*high - *low).length();
+        let edge =
+            |start: DVec2, along: DVec2| Edge { start, along, rounding: ROUNDING * along.length() * across };
+        let next = corners.iter().skip(1).chain(corners.first());
+        edges.clear();
+        edges.extend(corners.iter().zip(next).map(|(u, v)| edge(*u, *v - *u)));
+        if edges.len() > MOST_EDGES {
+            // Fewer edges hold more: the long ones, some of the others, and the box.
+            let step = edges.len().div_ceil(MOST_EDGES / 2);
+            let mut number = 0;
+            edges.retain(|edge| {
+                number += 1;
+                number % step == 0 || edge.along.length() > 0.125 * across
+            });
+            let (x, y) = (DVec2::X * across, DVec2::Y * across);
+            edges.extend([edge(*low, x), edge(*high, -x), edge(*high, y), edge(*low, -y)]);
+        }
     }
 
     /// Whether it has an inside.
@@ -112,7 +131,7 @@ impl Hull {
         let mut side = Side { beyond: 0, is_deep: true };
         for (i, edge) in self.edges.iter().enumerate() {
             let cross = edge.along.perp_dot(p - edge.start);
-            side.beyond |= u64::from(cross < 0.0) << (i & 63);
+            side.beyond |= u64::from(cross < 0.0) << i;
             side.is_deep &= cross > edge.rounding;
         }
         side
@@ -133,15 +152,12 @@ impl Hull {
         if crossed == 0 {
             return Some(part);
         }
-        if self.edges.len() > 64 {
-            self.edges.iter().try_for_each(|edge| edge.cut(p, q, &mut part))?;
-        } else if p_side.beyond & q_side.beyond != 0 {
+        if p_side.beyond & q_side.beyond != 0 {
             return None;
-        } else {
-            while crossed != 0 {
-                self.edges[crossed.trailing_zeros() as usize].cut(p, q, &mut part)?;
-                crossed &= crossed - 1;
-            }
+        }
+        while crossed != 0 {
+            self.edges[crossed.trailing_zeros() as usize].cut(p, q, &mut part)?;
+            crossed &= crossed - 1;
         }
         (part.0 <= part.1).then_some(part)
     }
@@ -227,6 +243,21 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Half of a disc: one long edge, and far more short ones than there are bits.
+    #[test]
+    fn a_hull_of_many_corners_holds_all_of_it_and_little_more() {
+        let round: Vec<DVec2> = (0..=4000)
+            .map(|i| f64::from(i - 2000) / 2000.0)
+            .map(|x| DVec2::new(x, (1.0 - x * x).sqrt()))
+            .collect();
+        let mut hull = Hull::default();
+        hull.surround(round.iter().copied());
+        let is_in = |p: DVec2| hull.side(p).is_in();
+        assert!(round.iter().all(|p| is_in(*p * 0.999_999)));
+        assert!(!round.iter().any(|p| is_in(*p * 1.05)));
+        assert!(!is_in(DVec2::new(0.3, -1e-9)) && !is_in(DVec2::new(-40.0, 0.5)));
     }
 
     #[test]

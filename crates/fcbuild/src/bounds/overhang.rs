@@ -13,7 +13,7 @@ use super::node::Cluster;
 use crate::arcs::loops::LAST;
 use crate::arcs::polyline;
 use crate::tree_order::TreeMesh;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// An arc over a steep place is left as it is if that raises the cluster's bound to at most so many times the height of
 /// its slab; else it gets a corner more. Less means more corners, more means larger bounds: between 1.8 and 2.2 the
@@ -29,6 +29,8 @@ const DEEP: f64 = 0.5;
 pub(super) struct Overhang {
     /// Of the border's vertices, twice around: where they are seen.
     seen: Vec<Seen>,
+    /// Boxes around runs of [`RUN`] edges of the border.
+    runs: Vec<(DVec2, DVec2)>,
     /// Places on the border of the corners, ascending from the first one; the last is the first again, a turn on.
     corners: Vec<usize>,
     /// Half-edges that start at vertices to be corners too.
@@ -68,6 +70,21 @@ impl Border<'_> {
     }
 }
 
+/// Edges of a border in one run: a hull that is far from a run is far from all of them.
+const RUN: usize = 16;
+
+fn box_of(run: &[Seen]) -> (DVec2, DVec2) {
+    let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    run.iter().fold(empty, |(low, high), seen| (low.min(seen.at), high.max(seen.at)))
+}
+
+/// The places of a border of `n` in the runs that come near a hull.
+fn near<'a>(runs: &'a [(DVec2, DVec2)], hull: &'a Hull, n: usize) -> impl Iterator<Item = usize> + 'a {
+    let is_near = |(_, (low, high)): &(usize, &(DVec2, DVec2))| hull.is_near(*low, *high);
+    let places = move |(run, _): (usize, _)| RUN * run..n.min(RUN * run + RUN);
+    runs.iter().enumerate().filter(is_near).flat_map(places)
+}
+
 impl Overhang {
     /// Widens the slab of a cluster with one loop by what is seen in the hulls of its arcs. Returns half-edges of the
     /// loop that start at vertices which must be corners for that, none unless `may_add`.
@@ -88,6 +105,8 @@ impl Overhang {
             self.seen.clear();
             self.seen.extend((0..n).map(|place| gaze.see(border.position(place))));
             self.seen.extend_from_within(..);
+            self.runs.clear();
+            self.runs.extend((0..n).step_by(RUN).map(|first| box_of(&self.seen[first..=n.min(first + RUN)])));
             self.corners.push(self.corners[0] + n);
             self.widen_by_arcs(&border, gaze, slab, may_add);
         }
@@ -115,8 +134,9 @@ impl Overhang {
             }
             let mut wide = *slab;
             let around = Around { mesh: border.mesh, cluster: border.at, gaze, hull: &self.hull };
-            let edges = self.seen.array_windows().take(n).zip(border.at.loops);
-            if !self.flood.look(around, edges.map(|(ends, h)| (h & !LAST, ends)), &mut wide) {
+            let edge = |place: usize| (border.half_edge(place), [self.seen[place], self.seen[place + 1]]);
+            let edges = near(&self.runs, &self.hull, n).map(edge);
+            if !self.flood.look(around, edges, &mut wide) {
                 let arc = self.seen[from..=to].iter().map(|seen| seen.height);
                 let distance = self.aside(from, to).hypot(narrow.reach(arc));
                 if may_add && distance > RAISE_UP_TO * height {
@@ -142,10 +162,13 @@ impl Overhang {
         // The ends of the arcs before and after.
         let next = corner(arc + 2).min(from + n);
         let last = corner(arc + count - 1).max(to);
-        (to + 1..from + n).any(|place| {
-            let p = self.seen[if place < 2 * n { place } else { place - n }].at;
+        near(&self.runs, &self.hull, n).any(|place| {
+            let p = self.seen[place].at;
+            // Counted from the arc on.
+            let place = if place <= to { place + n } else { place };
+            let place = if place <= to { place + n } else { place };
             let meets = place <= next || place >= last;
-            self.hull.holds(p) && (!meets || (b - a).perp_dot(p - a) < beyond)
+            place < from + n && self.hull.holds(p) && (!meets || (b - a).perp_dot(p - a) < beyond)
         })
     }
 
