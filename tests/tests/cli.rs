@@ -41,6 +41,8 @@ fn bad_input_is_refused_with_file_place_and_remedy() {
 #[test]
 fn outputs_are_checked_before_the_work() {
     let folder = folder();
+    let scene = "{\"asset\": {\"generator\": \"another program\", \"version\": \"2.0\"}}";
+    fs::write(folder.path().join("scene.json"), scene).expect("writable");
     for (line, exit, fragments) in [
         ("fcbuild good.ply -o good.fct", 4, &["FC472", "good.fct", "exists", "--force"][..]),
         ("fcbuild good.ply -o good.ply", 2, &["FC101", "good.ply", "the output is an input"]),
@@ -60,7 +62,9 @@ fn outputs_are_checked_before_the_work() {
         ("fcbuild good.ply -o quad.ply --force", 2, &["FC103", "quad.ply", "name of a mesh", ".fct"]),
         ("fcbuild good.ply -o new.OBJ", 2, &["FC103", "new.OBJ", "fct export"]),
         ("fcbuild good.ply -o empty --force", 4, &["FC474", "empty", "left alone"]),
-        ("fcbuild good.ply -o x.fct --force --report quad.ply", 4, &["FC474", "quad.ply", "no report"]),
+        ("fcbuild good.ply -o x.fct --force --report notes.txt", 4, &["FC474", "notes.txt", "no report"]),
+        ("fcbuild good.ply -o x.fct --force --report scene.json", 4, &["FC474", "scene.json", "no report"]),
+        ("fcbuild good.ply -o x.fct --report new.gltf", 2, &["FC103", "new.gltf", "a report", ".json"]),
         ("fcbuild good.ply -o dir", 4, &["FC473", "dir", "a directory"]),
         (
             "fcbuild good.ply -o no/x.fct",
@@ -89,6 +93,32 @@ fn outputs_are_checked_before_the_work() {
         refuse(folder.path(), "fcbuild good.ply -o link.fct --force", 2, &["FC101"]);
         refuse(folder.path(), "fct export good.fct -o tree.ply --force", 2, &["FC101"]);
     }
+}
+
+/// A report that cannot be written leaves the old tree; so does a tree, and no limit on files ends a program unheard.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_tree_without_its_report_does_not_take_its_place() {
+    let folder = folder();
+    let before = fs::read(folder.path().join("good.fct")).expect("a tree");
+    // The report names the output as it was typed, so that it can be made longer than the tree.
+    let output = format!("{}good.fct", "./".repeat(1800));
+    let words = ["triangle.ply", "--force", "--report", "r.json", "-o"];
+    // Shells count in blocks of 512 or 1024 bytes.
+    for (blocks, code) in [(4, "FC412"), (1, "FC471")] {
+        let limited = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let mut command = Command::new("sh");
+        command.args(["-c", &limited]).arg(binary("fcbuild")).args(words).arg(&output);
+        let names_before = names(folder.path());
+        let done = command.current_dir(folder.path()).output().expect("the command ends");
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.code() == Some(4) && said.contains(code), "{:?} {said}", done.status);
+        assert_eq!(names(folder.path()), names_before);
+        assert!(fs::read(folder.path().join("good.fct")).expect("a tree") == before);
+    }
+    accept(folder.path(), &format!("fcbuild {} {output}", words.join(" ")));
+    assert!(folder.path().join("r.json").is_file());
+    assert!(fs::read(folder.path().join("good.fct")).expect("a tree") != before);
 }
 
 /// A folder without write permission keeps everybody out but the administrator.
@@ -524,14 +554,17 @@ fn a_terminal_that_goes_away_stops_the_build_unless_it_is_told_not_to() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let status = fs::read_to_string("/proc/self/status").expect("a kernel");
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).expect("a mask");
-    let ignored = u64::from_str_radix(ignored.trim(), 16).expect("a mask") & 1 == 1;
+    let ignored = u64::from_str_radix(ignored.trim(), 16).expect("a mask");
     let inputs = vec![sample("sculpture.ply"); 16];
     let words = ["-o", "x.fct", "--threads", "1"];
-    // Where these tests run under `nohup`, the build does too.
-    if !ignored {
+    for (signal, exit) in [("HUP", 129), ("QUIT", 131), ("XCPU", 152)] {
+        // Where these tests run under `nohup`, the build does too.
+        if ignored >> (exit - 129) & 1 == 1 {
+            continue;
+        }
         let mut command = Command::new(binary("fcbuild"));
         command.args(&inputs).args(words).current_dir(folder.path());
-        assert_eq!(stopped(command, folder.path(), "HUP"), 129);
+        assert_eq!(stopped(command, folder.path(), signal), exit);
         assert_eq!(names(folder.path()), Vec::<String>::new());
     }
     let mut command = Command::new("nohup");

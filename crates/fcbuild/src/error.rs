@@ -49,7 +49,7 @@
 //! | FC507 | 5 | the threads cannot be started (command) |
 //! | FC571 | 5 | the tree is too large for the format |
 //! | FC901 | 1 | a bug in this program |
-//! | FC902 | 129, 130, 143 | a signal stopped the job (command) |
+//! | FC902 | 129, 130, 131, 143, 152 | a signal stopped the job (command) |
 //!
 //! Those marked "command" are given by the program `fcbuild`, whose module of messages lists its warnings one by one.
 //! Rules of the format, FC701 and up, stand in its specification.

@@ -30,8 +30,8 @@ WGPU_BACKEND (vulkan, gl, metal, dx12) and WGPU_ADAPTER_NAME choose the graphics
 adapter.
 
 Exit codes: 0 done, 1 our bug, 2 usage, 3 bad path of a camera, 4 input or
-output, 5 a limit, 6 no GPU or display, 7 invalid .fct, 129, 130 or 143 stopped
-by a signal.";
+output, 5 a limit, 6 no GPU or display, 7 invalid .fct, 129, 130, 131, 143 or
+152 stopped by a signal.";
 
 /// Draws .fct files: level of detail by an error in pixels, culling of what does not show.
 #[derive(Clone, Debug, Parser)]
@@ -115,7 +115,7 @@ pub struct Cli {
     /// zeros; existing pictures are replaced
     #[arg(long, value_name = "OUT.png", requires = "headless")]
     pub screenshot: Option<PathBuf>,
-    /// Write counts and times of all frames; an existing file is replaced
+    /// Write counts and times of all frames; stats that are there are replaced, other files are not
     #[arg(long, value_name = "OUT.json", requires = "headless")]
     pub stats: Option<PathBuf>,
     /// Show the files anew when they are replaced

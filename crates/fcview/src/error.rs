@@ -197,6 +197,12 @@ pub enum Error {
         /// The output.
         path: PathBuf,
     },
+    /// The stats would replace another document.
+    #[error("{}: the file is no stats document of fcview and is left alone; give --stats another name", path.display())]
+    NotStats {
+        /// The output.
+        path: PathBuf,
+    },
     /// A file could not be written.
     #[error("{}: cannot write: {source}; choose a folder with room that you can write to", path.display())]
     Write {
@@ -310,7 +316,8 @@ impl Error {
             | Error::Png { .. }
             | Error::Folder { .. }
             | Error::Place(_)
-            | Error::NotAFile { .. } => 4,
+            | Error::NotAFile { .. }
+            | Error::NotStats { .. } => 4,
             Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => {
                 error.exit_code()
             }
@@ -335,6 +342,7 @@ impl Error {
             Error::Png { .. } => "FC422",
             Error::Folder { .. } | Error::Place(_) => "FC423",
             Error::NotAFile { .. } => "FC473",
+            Error::NotStats { .. } => "FC474",
             Error::PictureSize { .. } => "FC521",
             Error::BufferSize { .. } => "FC522",
             Error::Extract {

@@ -127,11 +127,14 @@ fn an_output_never_replaces_an_input_or_the_other_output() {
 fn outputs_are_refused_before_anything_is_drawn() {
     let folder = folder();
     std::fs::create_dir(folder.path().join("sub.png")).unwrap();
+    std::fs::write(folder.path().join("way.json"), "{\"version\": 1, \"keys\": []}").unwrap();
     for (outputs, code, part) in [
         ("--screenshot a.jpg", 2, ".png"),
         ("--screenshot a", 2, ".png"),
         ("--screenshot -", 2, "standard output"),
         ("--stats -", 2, "standard output"),
+        ("--stats scan.ply", 2, ".json"),
+        ("--stats way.json", 4, "no stats document"),
         ("--screenshot a{n.png", 2, "{n}"),
         ("--screenshot a{m}.png", 2, "{n}"),
         ("--screenshot sub.png", 4, "regular file"),
@@ -152,14 +155,19 @@ fn existing_pictures_are_replaced_and_nothing_else_is_left() {
     model::gpu();
     let folder = folder();
     std::fs::write(folder.path().join("a.png"), "old").unwrap();
+    // What a killed run has left.
+    let left = std::fs::File::create(folder.path().join(".fcview-output.x.fct-tmp")).unwrap();
+    left.set_modified(std::time::SystemTime::now() - std::time::Duration::from_secs(120)).unwrap();
+    drop(left);
     for _ in 0..2 {
-        let output = fcview(folder.path(), "torus.fct --headless --size 32x32 --screenshot a.png");
+        let output =
+            fcview(folder.path(), "torus.fct --headless --size 32x32 --screenshot a.png --stats s.json");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let said = String::from_utf8_lossy(&output.stdout);
         assert!(said.contains("1 frame,") && said.contains("1 instance)"), "{said}");
     }
     assert!(std::fs::read(folder.path().join("a.png")).unwrap().starts_with(b"\x89PNG"));
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "the model and the picture");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "the model and the outputs");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Signals: Ctrl-C, termination and a terminal that goes away end a program in good order.
+//! Signals: Ctrl-C, termination, a terminal that goes away and a limit on processor time end a program in good order.
 
 use std::io;
 use std::sync::Arc;
@@ -12,7 +12,8 @@ use signal_hook::{consts, flag};
 /// How long a signal may wait to be noticed.
 const LISTEN_EVERY: Duration = Duration::from_millis(50);
 
-/// Watches for signals that ask the program to stop: SIGINT, SIGTERM and, where the system has it, SIGHUP.
+/// Watches for signals that ask the program to stop: SIGINT, SIGTERM and, where the system has them, SIGHUP, SIGQUIT and
+/// SIGXCPU.
 ///
 /// The first one only raises a flag, so that temporaries can be removed; a second one of the same kind ends the
 /// process at once, in case the first is not heard.
@@ -34,12 +35,17 @@ pub enum Stopped {
 
 impl Interrupt {
     /// Watches from now on. Where the system does not allow it, signals keep their usual effect.
+    ///
+    /// A file that outgrows a limit ends nothing any more: writing it fails instead.
     pub fn watch() -> Self {
         let mut signals = vec![(130_u8, consts::SIGINT), (143, consts::SIGTERM)];
-        // A program under `nohup` outlives its terminal: a signal that is ignored stays so.
         #[cfg(unix)]
-        if is_ignored(consts::SIGHUP) == Some(false) {
-            signals.push((129, consts::SIGHUP));
+        {
+            // A program under `nohup` outlives its terminal: a signal that is ignored stays so.
+            let more = [(129, consts::SIGHUP), (131, consts::SIGQUIT), (152, consts::SIGXCPU)];
+            signals.extend(more.into_iter().filter(|(_, signal)| is_ignored(*signal) == Some(false)));
+            // With a handler, whatever it does, the system says EFBIG to the one who writes.
+            let _ = flag::register(consts::SIGXFSZ, Arc::default());
         }
         let caught = signals.into_iter().filter_map(|(exit, signal)| {
             let raised = Arc::new(AtomicBool::new(false));

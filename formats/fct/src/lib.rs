@@ -86,5 +86,5 @@ pub use subtree::Subtree;
 pub use tree::Tree;
 pub use verify::Verified;
 pub use walk::Reader;
-pub use writer::{TreeData, WriteOptions, Writer, Written, write};
+pub use writer::{Complete, TreeData, WriteOptions, Writer, Written, write};
 pub use zerocopy::little_endian::{F32, I16, U16, U32};

@@ -12,8 +12,6 @@ use tempfile::NamedTempFile;
 
 use crate::error::Error;
 
-const SUFFIX: &str = ".fct-tmp";
-
 /// Names are at most 255 bytes on common file systems: 200 leave room for dots, random characters and the suffix.
 const MAX_STEM: usize = 200;
 
@@ -31,6 +29,9 @@ pub struct Pending {
 }
 
 impl Pending {
+    /// How the names of temporaries end.
+    pub const SUFFIX: &str = ".fct-tmp";
+
     /// Makes the temporary, so that an unwritable place is known before the long work begins, and removes what
     /// killed runs left there.
     ///
@@ -167,7 +168,7 @@ fn temporary_prefix(name: &str) -> String {
 
 fn temporary_builder(prefix: &str) -> tempfile::Builder<'_, 'static> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(prefix).suffix(SUFFIX);
+    builder.prefix(prefix).suffix(Pending::SUFFIX);
     #[cfg(unix)]
     {
         // The default is for the owner alone; a published file is like any other, as the umask says.
@@ -185,7 +186,7 @@ fn remove_leftovers(folder: &Path, prefix: &str) {
     for entry in entries.flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        let ours = name.starts_with(prefix) && name.ends_with(SUFFIX);
+        let ours = name.starts_with(prefix) && name.ends_with(Pending::SUFFIX);
         if ours && is_abandoned(&entry) {
             let _ = fs::remove_file(entry.path());
         }

@@ -91,14 +91,22 @@ impl Writer {
         Ok(Self { pending: Pending::create(path, overwrite)? })
     }
 
-    /// Writes everything, brings it to the disk, opens it again as a check, and moves it to its place.
+    /// Writes everything and moves it to its place: [`Writer::complete`], then [`Complete::publish`].
+    ///
+    /// # Errors
+    /// As those two; the output is then as it was and no temporary stays.
+    pub fn finish(self, data: &TreeData<'_>, source_id: u128) -> Result<Written, Error> {
+        self.complete(data, source_id)?.publish()
+    }
+
+    /// Writes everything, brings it to the disk, and opens it again as a check.
     ///
     /// Counts are checked here; for structure, values and geometry call [`Tree::verify`] on the result.
     ///
     /// # Errors
     /// [`Error::Limit`] for more than the format can hold, [`Error::Invalid`] for counts that do not agree,
-    /// [`Error::Io`] when the system refuses; the output is then as it was and no temporary stays.
-    pub fn finish(mut self, data: &TreeData<'_>, source_id: u128) -> Result<Written, Error> {
+    /// [`Error::Io`] when the system refuses; no temporary stays then.
+    pub fn complete(mut self, data: &TreeData<'_>, source_id: u128) -> Result<Complete, Error> {
         let target = self.pending.target().to_owned();
         check_limits(data, &target)?;
         check_counts(&counts_of(data)).map_err(|v| v.at(&target))?;
@@ -120,17 +128,37 @@ impl Writer {
         // Catches mistakes of ours and of the disk while the old file is still in its place.
         let reopened = Tree::open_as(self.pending.temporary_path(), &target)?;
         drop(reopened);
-        // Asked again, since the work between may have taken hours.
-        if self.pending.overwrites() {
-            spare_others(&target)?;
-        }
-        self.pending.publish()?;
+        let sections = sections.iter().map(|s| (s.tag.to_string(), s.length)).collect();
+        Ok(Complete { pending: self.pending, written: Written { bytes, content_id, sections } })
+    }
+}
 
-        Ok(Written {
-            bytes,
-            content_id,
-            sections: sections.iter().map(|s| (s.tag.to_string(), s.length)).collect(),
-        })
+/// A file that is whole and on the disk, but not in its place. Dropping it leaves nothing behind.
+#[derive(Debug)]
+pub struct Complete {
+    pending: Pending,
+    written: Written,
+}
+
+impl Complete {
+    /// What was written.
+    pub fn written(&self) -> &Written {
+        &self.written
+    }
+
+    /// Moves the file to its place.
+    ///
+    /// # Errors
+    /// [`Error::Exists`] and [`Error::NotATree`] when something has appeared there that may not be replaced,
+    /// [`Error::Io`] when the system refuses.
+    pub fn publish(self) -> Result<Written, Error> {
+        let Complete { pending, written } = self;
+        // Asked again, since the work between may have taken hours.
+        if pending.overwrites() {
+            spare_others(pending.target())?;
+        }
+        pending.publish()?;
+        Ok(written)
     }
 }
 

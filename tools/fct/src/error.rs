@@ -22,7 +22,7 @@
 //! | FC571 | 5 | the tree is too large for this machine |
 //! | FC701 to FC764 | 7 | a rule of the format is broken, see its specification |
 //! | FC901 | 1 | a bug in this program |
-//! | FC902 | 129, 130, 143 | a signal stopped the program |
+//! | FC902 | 129, 130, 131, 143, 152 | a signal stopped the program |
 
 use crate::grouped::{counted, grouped};
 use std::io;

@@ -14,7 +14,7 @@ Examples:
   fct export dragon.fct -o small.glb --triangles 5000    at most 5,000 triangles
 
 Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid
-.fct file, 129, 130 or 143 stopped by a signal.";
+.fct file, 129, 130, 131, 143 or 152 stopped by a signal.";
 
 const INFO_EXAMPLES: &str = "\
 Examples:
@@ -35,7 +35,7 @@ With --json the result goes to standard output as JSON, also when the file is
 invalid.
 
 Exit codes: 0 every rule holds, 1 our bug, 2 usage, 4 input or output, 5 a
-limit, 7 invalid .fct file, 129, 130 or 143 stopped by a signal.";
+limit, 7 invalid .fct file, 129, 130, 131, 143 or 152 stopped by a signal.";
 
 // The sign {#} is printed as {n}, which the library would take for the end of a line.
 const EXPORT_EXAMPLES: &str = "\
@@ -71,7 +71,8 @@ error, and --epsilon holds the mean error, so that their bound is loose.
 --force replaces meshes that fct has written; any other file stays.
 
 Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid
-.fct file, 129, 130 or 143 stopped by a signal. On any but 0 nothing is written.";
+.fct file, 129, 130, 131, 143 or 152 stopped by a signal. On any but 0
+nothing is written.";
 
 /// The text of a usage error, or of help and version.
 pub(crate) fn said(error: &clap::Error) -> String {

@@ -37,7 +37,7 @@
 //! | FC506 | 5 | the job needs more memory than allowed |
 //! | FC507 | 5 | the threads cannot be started |
 //! | FC571 | 5 | the tree is too large for the format |
-//! | FC902 | 129, 130, 143 | a signal stopped the job |
+//! | FC902 | 129, 130, 131, 143, 152 | a signal stopped the job |
 
 use super::bug;
 use super::flags::MessageFormat;

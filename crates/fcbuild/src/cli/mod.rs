@@ -71,13 +71,17 @@ fn work(flags: &Flags) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Moves the tree and the report to their places.
+/// Moves the tree and the report to their places, once both are on the disk.
 fn write(settings: &Settings, outputs: Outputs, made: &Made, start: Instant) -> Result<Report, Error> {
     let before = Instant::now();
-    let written = outputs.tree.finish(&made.built.data(), made.source_id).map_err(output::writer_error)?;
-    let report = Report::new(settings, made, &written, before.elapsed(), start.elapsed());
+    let tree = outputs.tree.complete(&made.built.data(), made.source_id).map_err(output::writer_error)?;
+    let report = Report::new(settings, made, tree.written(), before.elapsed(), start.elapsed());
+    if let Some(pending) = &outputs.report {
+        pending.write(&report.to_json())?;
+    }
+    tree.publish().map_err(output::writer_error)?;
     if let Some(pending) = outputs.report {
-        pending.finish(&report.to_json())?;
+        pending.publish().map_err(|e| e.remedy("the tree is complete and in its place"))?;
     }
     Ok(report)
 }

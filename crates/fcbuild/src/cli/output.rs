@@ -23,8 +23,9 @@ impl Outputs {
     /// Checks the places and makes the temporaries.
     ///
     /// # Errors
-    /// Usage when an output is an input, when both outputs are one, or when the tree has the name of a mesh; I/O when an output exists and may not be
-    /// replaced, is something else than what would replace it or no regular file, or its folder cannot be written.
+    /// Usage when an output is an input, when both outputs are one, or when one has the name of a mesh; I/O when an output
+    /// exists and may not be replaced, is something else than what would replace it or no regular file, or its folder
+    /// cannot be written.
     pub(crate) fn prepare(settings: &Settings) -> Result<Outputs, Error> {
         let outputs = std::iter::once(&settings.output).chain(&settings.report);
         for output in outputs {
@@ -37,7 +38,14 @@ impl Outputs {
             }
             check_kind(output)?;
         }
-        check_name(&settings.output)?;
+        check_name(
+            &settings.output,
+            "a tree",
+            "give it a name that ends in .fct; `fct export` writes meshes",
+        )?;
+        if let Some(report) = &settings.report {
+            check_name(report, "a report", "give it a name that ends in .json")?;
+        }
         if settings.report.as_ref().is_some_and(|report| same_place(report, &settings.output)) {
             return Err(Error::new(ErrorKind::Usage, "FC101", "the report and the tree are one file")
                 .in_file(&settings.output)
@@ -61,29 +69,41 @@ impl PendingReport {
         Pending::create(target, overwrite).map(PendingReport).map_err(report_error)
     }
 
-    /// Writes `text` and moves the file to its place.
+    /// Writes `text` and brings it to the disk.
     ///
     /// # Errors
     /// I/O, with the old file untouched.
-    pub(crate) fn finish(self, text: &str) -> Result<(), Error> {
+    pub(crate) fn write(&self, text: &str) -> Result<(), Error> {
         let PendingReport(pending) = self;
         let mut file = pending.file();
         file.write_all(text.as_bytes())
             .map_err(|e| Error::io("FC412", pending.target(), "cannot write the report", &e))?;
-        pending.sync().and_then(|()| pending.publish()).map_err(report_error)
+        pending.sync().map_err(report_error)
+    }
+
+    /// Moves the file to its place.
+    ///
+    /// # Errors
+    /// I/O, with the old file untouched.
+    pub(crate) fn publish(self) -> Result<(), Error> {
+        self.0.publish().map_err(report_error)
     }
 }
 
-/// Refuses to replace a file that is no JSON object: a report in the place of a mesh is a slip.
+/// Bytes in which a report has said what it is.
+const REPORT_START: u64 = 256;
+
+/// Refuses to replace a file that is no report: a scene or a setting of another program is JSON too.
 fn spare_others(target: &Path) -> Result<(), Error> {
     if !fs::symlink_metadata(target).is_ok_and(|found| found.is_file()) {
         return Ok(());
     }
     let mut start = Vec::new();
     fs::File::open(target)
-        .and_then(|file| file.take(64).read_to_end(&mut start))
+        .and_then(|file| file.take(REPORT_START).read_to_end(&mut start))
         .map_err(|e| Error::io("FC412", target, "cannot look what the file is that is to be replaced", &e))?;
-    if start.trim_ascii_start().starts_with(b"{") {
+    let mark = b"\"generator\": \"fcbuild ";
+    if start.starts_with(b"{") && start.windows(mark.len()).any(|words| words == mark) {
         return Ok(());
     }
     Err(Error::new(ErrorKind::Io, "FC474", "the file is no report and is left alone")
@@ -145,8 +165,8 @@ fn check_kind(output: &Path) -> Result<(), Error> {
     }
 }
 
-/// A tree under the name of a mesh would pass for one: it is a slip for a second input, or for an export.
-fn check_name(output: &Path) -> Result<(), Error> {
+/// A tree or a report under the name of a mesh would pass for one: it is a slip for a second input, or for an export.
+fn check_name(output: &Path, what: &str, remedy: &str) -> Result<(), Error> {
     let suffix = output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     if !MESHES.contains(&suffix.as_str()) {
         return Ok(());
@@ -154,10 +174,10 @@ fn check_name(output: &Path) -> Result<(), Error> {
     Err(Error::new(
         ErrorKind::Usage,
         "FC103",
-        format!("what is written is a tree, and .{suffix} is the name of a mesh"),
+        format!("what is written is {what}, and .{suffix} is the name of a mesh"),
     )
     .in_file(output)
-    .remedy("give it a name that ends in .fct; `fct export` writes meshes"))
+    .remedy(remedy))
 }
 
 /// Whether two paths lead to one file, however they are spelled.
@@ -204,13 +224,22 @@ mod tests {
         let path = folder.path().join("r.json");
         drop(PendingReport::create(&path, false).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-        PendingReport::create(&path, false).unwrap().finish("{}").unwrap();
-        assert_eq!(PendingReport::create(&path, false).err().map(|e| e.exit_code()), Some(4));
-        PendingReport::create(&path, true).unwrap().finish("[]").unwrap();
-        assert_eq!(fs::read_to_string(&path).unwrap(), "[]");
+        let made = |overwrite: bool, text: &str| {
+            let pending = PendingReport::create(&path, overwrite)?;
+            pending.write(text)?;
+            pending.publish()
+        };
+        made(false, "{\n  \"generator\": \"fcbuild 1\"}").unwrap();
+        assert_eq!(made(false, "").err().map(|e| e.exit_code()), Some(4));
+        made(true, "{}").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "{}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-        fs::write(&path, "ply").unwrap();
-        assert_eq!(PendingReport::create(&path, true).err().map(|e| e.code()), Some("FC474"));
+        for other in
+            ["ply", "{}", "{\"asset\": {\"generator\": \"Blender\"}}", "\"generator\": \"fcbuild 1\""]
+        {
+            fs::write(&path, other).unwrap();
+            assert_eq!(made(true, "").err().map(|e| e.code()), Some("FC474"), "{other}");
+        }
         let lost = folder.path().join("no").join("r.json");
         let error = PendingReport::create(&lost, true).err().unwrap().to_string();
         assert!(error.ends_with("no does not exist; make it first"), "{error}");

@@ -3,18 +3,24 @@
 use crate::Error;
 use crate::cli::{CameraFlag, Cli};
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read as _, Write};
 use std::path::{Path, PathBuf};
 
 /// What stands for a frame's number in the name of a picture.
 const PLACEHOLDER: &str = "{n}";
 
+/// How the names of temporaries begin after a dot, whatever they become: those of killed runs are found by it.
+const TEMPORARY: &str = "fcview-output";
+
+/// Bytes in which a stats document has said what it is.
+const STATS_START: u64 = 256;
+
 /// Checks the pictures and the document that a command line asks for.
 ///
 /// # Errors
 /// Usage when an output is an input, when two outputs are one, when a picture is no .png or its name has a brace
-/// that is no placeholder, and for `-`; input or output when a folder is not there or cannot be written, or a place is no
-/// regular file.
+/// that is no placeholder, when stats are no .json, and for `-`; input or output when a folder is not there or cannot be
+/// written, a place is no regular file, or stats would replace something else.
 pub(super) fn check(cli: &Cli) -> Result<(), Error> {
     if let Some(name) = &cli.screenshot {
         check_picture_name(name)?;
@@ -33,13 +39,16 @@ pub(super) fn check(cli: &Cli) -> Result<(), Error> {
     }
     if let Some(stats) = &cli.stats {
         check_place(stats, &inputs)?;
+        check_stats(stats)?;
     }
     // A temporary that is made and gone again tells whether the folders can be written.
-    let first = picture_name(cli, cli.frames.saturating_sub(1));
-    first
-        .iter()
-        .chain(&cli.stats)
-        .try_for_each(|path| fct::Pending::create(path, true).map(drop).map_err(Error::Place))
+    let last = picture_name(cli, cli.frames.saturating_sub(1));
+    last.iter().chain(&cli.stats).try_for_each(|path| {
+        fct::Pending::create(path, true).map_err(Error::Place)?;
+        // One under the name that temporaries have here takes those of killed runs with it.
+        let _ = fct::Pending::create(&folder_of(path).join(TEMPORARY), true);
+        Ok(())
+    })
 }
 
 /// The file for a frame's picture, if it gets one: each frame where the name has a placeholder, else the last.
@@ -78,7 +87,8 @@ pub(crate) fn replace<E: From<io::Error>>(
     write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".fcview.").suffix(".tmp");
+    let prefix = format!(".{TEMPORARY}.");
+    builder.prefix(&prefix).suffix(fct::Pending::SUFFIX);
     #[cfg(unix)]
     {
         // The default is for the owner alone; a picture is a file like any other, as the umask says.
@@ -103,6 +113,25 @@ fn check_picture_name(name: &Path) -> Result<(), Error> {
     let rest = name.file_name().map(|file| file.to_string_lossy().replace(PLACEHOLDER, ""));
     if rest.is_some_and(|rest| rest.contains(['{', '}'])) {
         return refused("the name has a brace that is not part of {n}, the number of the frame");
+    }
+    Ok(())
+}
+
+/// Stats replace nothing but stats: a model or a path of the camera in their place is a slip.
+fn check_stats(path: &Path) -> Result<(), Error> {
+    if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
+        let reason = "stats are JSON; give --stats a name that ends in .json";
+        return Err(Error::Output { path: path.to_path_buf(), reason });
+    }
+    let start = || -> io::Result<Vec<u8>> {
+        let mut start = Vec::new();
+        fs::File::open(path)?.take(STATS_START).read_to_end(&mut start)?;
+        Ok(start)
+    };
+    let mark = b"\"generator\": \"fcview ";
+    let is_stats = |start: &[u8]| start.starts_with(b"{") && start.windows(mark.len()).any(|w| w == mark);
+    if path.exists() && !start().is_ok_and(|start| is_stats(&start)) {
+        return Err(Error::NotStats { path: path.to_path_buf() });
     }
     Ok(())
 }
