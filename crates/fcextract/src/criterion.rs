@@ -3,7 +3,7 @@
 use crate::extraction::Stats;
 use crate::part::Sight;
 use crate::{Order, Perspective, Selection, Tolerance};
-use fct::{Branch, Page, VertexRecord};
+use fct::{Branch, Page, ShortFloat, VertexRecord};
 use glam::DVec3;
 
 /// Decides about nodes and vertices. A selection does; what decides as it does and sooner does too.
@@ -28,15 +28,21 @@ impl Criterion for Selection {
     }
 }
 
-/// A view's tolerance alone decides about vertices, and most of those of a page at a glance.
+/// A view's tolerance alone decides, and about most nodes and vertices of a page at a glance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen<'a> {
     selection: &'a Selection,
     view: &'a Perspective,
-    /// A vertex whose sphere is no larger than this has it in [`WIDER`] times the sphere of the page's root.
-    radius: f32,
-    /// There no less than this is allowed.
-    allowed: f64,
+    /// A frustum or an eye may leave nodes out.
+    culls: bool,
+    /// With keys from here on nodes are refined and vertices active, wherever they are in the page.
+    refined: i16,
+    /// With smaller keys than this, nodes are drawn.
+    drawn: i16,
+    /// A vertex whose sphere has a smaller radius than this has it in [`WIDER`] times the sphere of the page's root.
+    small: i16,
+    /// There vertices with smaller keys than this are not active.
+    inactive: i16,
 }
 
 /// A vertex lies in the sphere of each node whose boundary it is on. The centre of its own sphere is less than sqrt 3
@@ -44,34 +50,58 @@ pub(crate) struct Seen<'a> {
 const WIDER: f64 = 3.8;
 
 /// What rounding may do to what is allowed in nested spheres, and more.
-const ROUNDING: f64 = 1.0 - 1e-6;
+const ROUNDING: f64 = 1e-6;
+
+/// How much more eager than its stored key a vertex is, and more.
+const EAGERNESS: f64 = 2e-5;
 
 impl<'a> Seen<'a> {
     /// What a selection comes to in a branch of a page, if it comes to that.
     pub(crate) fn of(selection: &'a Selection, page: &Page<'_>, root: &Branch) -> Option<Seen<'a>> {
         let Tolerance::Perspective(view) = &selection.tolerance else { return None };
-        if !selection.regions.is_empty() || !selection.extra.is_empty() {
+        // Beyond a right angle the square of a cosine grows again.
+        if !selection.regions.is_empty() || !selection.extra.is_empty() || view.corner_cos < 0.0 {
             return None;
         }
         let node = page.node(root)?;
-        let wide = view.at(DVec3::from_array(node.center.map(f64::from)), WIDER * f64::from(node.radius));
-        Some(Seen { selection, view, radius: node.radius, allowed: wide * ROUNDING })
+        let center = DVec3::from_array(node.center.map(f64::from));
+        let radius = f64::from(node.radius);
+        Some(Seen {
+            selection,
+            view,
+            culls: selection.frustum.is_some() || selection.backface_eye.is_some(),
+            refined: least_over(view.most(center, radius) * (1.0 + ROUNDING)),
+            drawn: least_over(view.at(center, radius) * (1.0 - ROUNDING)),
+            small: least_over(radius),
+            inactive: least_over(view.at(center, WIDER * radius) * (1.0 - ROUNDING - EAGERNESS)),
+        })
     }
 }
 
 impl Criterion for Seen<'_> {
     #[inline]
     fn sight(&self, page: &Page<'_>, branch: &Branch, inside: bool, stats: &mut Stats) -> Option<Sight> {
+        if !self.culls {
+            let key = self.selection.order.of(page.keys(branch)?).rank();
+            let is_refined = key >= self.refined;
+            if is_refined || key < self.drawn {
+                stats.nodes_visited += 1;
+                return Some(if is_refined { Sight::Refined { inside } } else { Sight::Drawn });
+            }
+        }
         Criterion::sight(self.selection, page, branch, inside, stats)
     }
 
     #[inline]
     fn activates(&self, _index: u32, vertex: &VertexRecord) -> bool {
-        let key = self.selection.order.of_vertex(vertex);
-        let is_small = vertex.radius.get() <= self.radius;
-        if is_small && f64::from(key) <= self.allowed {
+        let key = self.selection.order.of([vertex.bound, vertex.budget]).rank();
+        if key >= self.refined {
+            return true;
+        }
+        if key < self.inactive && vertex.radius.rank() < self.small {
             return false;
         }
+        let key = self.selection.order.of_vertex(vertex);
         self.view.is_exceeded(f64::from(key), vertex.center().into(), vertex.radius())
     }
 }
@@ -80,7 +110,10 @@ impl Criterion for Seen<'_> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Everywhere {
     order: Order,
-    distance: f64,
+    /// With keys from here on nodes are refined.
+    refined: i16,
+    /// With keys from here on vertices are active, which are a little more eager.
+    active: i16,
 }
 
 impl Everywhere {
@@ -88,17 +121,15 @@ impl Everywhere {
     pub(crate) fn of(selection: &Selection, inside: bool) -> Option<Everywhere> {
         match selection.tolerance {
             Tolerance::Uniform { distance } if inside && selection.is_plain() => {
-                Some(Everywhere { order: selection.order, distance: distance.min(f64::MAX) })
+                let distance = distance.min(f64::MAX);
+                let refined = least_over(distance);
+                // Eagerness is less than a step of short floats.
+                let below = VertexRecord { bound: ShortFloat::down(distance), ..VertexRecord::default() };
+                let active = refined - i16::from(f64::from(below.bound()) > distance);
+                Some(Everywhere { order: selection.order, refined, active })
             }
             _ => None,
         }
-    }
-
-    /// As [`Tolerance::refines`]: NaN is refined.
-    #[inline]
-    fn refines(&self, key: f32) -> bool {
-        let key = f64::from(key);
-        key > self.distance || key.is_nan()
     }
 }
 
@@ -106,13 +137,17 @@ impl Criterion for Everywhere {
     #[inline]
     fn sight(&self, page: &Page<'_>, branch: &Branch, inside: bool, stats: &mut Stats) -> Option<Sight> {
         stats.nodes_visited += 1;
-        let [bound, budget] = page.keys(branch)?;
-        let key = if self.order == Order::Bound { bound } else { budget };
-        Some(if self.refines(key) { Sight::Refined { inside } } else { Sight::Drawn })
+        let key = self.order.of(page.keys(branch)?).rank();
+        Some(if key >= self.refined { Sight::Refined { inside } } else { Sight::Drawn })
     }
 
     #[inline]
     fn activates(&self, _index: u32, vertex: &VertexRecord) -> bool {
-        self.refines(self.order.of_vertex(vertex))
+        self.order.of([vertex.bound, vertex.budget]).rank() >= self.active
     }
+}
+
+/// The rank of the least short float that is more than this, which is not negative.
+fn least_over(x: f64) -> i16 {
+    ShortFloat::down(x).rank().saturating_add(1)
 }

@@ -44,7 +44,7 @@ impl PageWalk {
         mesh: &mut Mesh<'_>,
     ) -> Result<bool, Error> {
         let Some((page, root)) = reader.page(subtree) else { return Ok(false) };
-        if mesh.indices.len() > LAST_START || !self.polygon.begin(&page) {
+        if mesh.indices.len() > LAST_START {
             return Ok(false);
         }
         self.drawn.clear();
@@ -97,6 +97,7 @@ impl PageWalk {
         mesh: &mut Mesh<'_>,
         general: &mut impl FnMut(&Branch, &mut Vec<u32>) -> Result<u64, Error>,
     ) -> Result<Option<()>, Error> {
+        let mut is_ready = false;
         self.stack.clear();
         self.stack.push((root, inside));
         while let Some((mut branch, mut inside)) = self.stack.pop() {
@@ -113,7 +114,11 @@ impl PageWalk {
                     }
                     Sight::Drawn => {
                         self.begin_cluster(branch, mesh);
-                        let Some(is_drawn) = self.polygon.draw(page, &branch, criterion, mesh) else {
+                        is_ready = is_ready || self.polygon.begin(page, criterion);
+                        if !is_ready {
+                            return Ok(None);
+                        }
+                        let Some(is_drawn) = self.polygon.draw(page, &branch, mesh) else {
                             return Ok(None);
                         };
                         if !is_drawn {

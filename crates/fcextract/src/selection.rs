@@ -4,7 +4,7 @@ use crate::extra::Extra;
 use crate::region::{self, Region};
 use crate::{Error, Perspective, Tolerance};
 use fcgeom::Frustum;
-use fct::{ChildRef, Node, Reader, VertexRecord};
+use fct::{ChildRef, Node, Reader, ShortFloat, VertexRecord};
 use glam::DVec3;
 
 /// Which of the two stored keys a tolerance is held against.
@@ -169,6 +169,15 @@ impl Selection {
 }
 
 impl Order {
+    /// Its one of a bound and a budget key.
+    #[inline]
+    pub(crate) fn of(self, [bound, budget]: [ShortFloat; 2]) -> ShortFloat {
+        match self {
+            Order::Bound => bound,
+            Order::Budget => budget,
+        }
+    }
+
     /// A node's key.
     #[inline]
     pub(crate) fn of_node(self, node: &Node) -> f32 {

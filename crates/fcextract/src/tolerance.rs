@@ -104,6 +104,29 @@ impl Perspective {
         self.slope * nearest * cos_farthest * cos_farthest
     }
 
+    /// No less than what is allowed in any sphere that has a point in common with this one, but for rounding.
+    ///
+    /// The nearest point of such a sphere is no farther than the farthest of this one, and the angle of its farthest no
+    /// smaller than the smallest here. The cosine of the corner must not be negative.
+    pub(crate) fn most(&self, center: DVec3, radius: f64) -> f64 {
+        let to_center = center - self.eye;
+        let distance = to_center.length();
+        let farthest = self.slope * (distance + radius);
+        let sin_sphere = radius / distance;
+        if self.axis == DVec3::ZERO || sin_sphere.is_nan() || sin_sphere >= 1.0 {
+            return farthest;
+        }
+        // cos(angle to the centre - asin(r / d)), or 1 where the axis goes through the sphere.
+        let cos = (to_center.dot(self.axis) / distance).clamp(-1.0, 1.0);
+        let cos_sphere = ((1.0 - sin_sphere) * (1.0 + sin_sphere)).sqrt();
+        if cos >= cos_sphere {
+            return farthest;
+        }
+        let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
+        let cos_nearest = (cos * cos_sphere + sin * sin_sphere).max(self.corner_cos).min(1.0);
+        farthest * cos_nearest * cos_nearest
+    }
+
     /// Whether a length is more than what is allowed in a sphere: exactly what comparing it with [`Perspective::at`] says,
     /// mostly without finding out the angle, which takes longest.
     #[inline]
@@ -199,6 +222,28 @@ mod tests {
             }
         }
         assert!((100_000..200_000).contains(&refined), "{refined}");
+    }
+
+    /// No sphere that touches another one is allowed more than that says, and some nearly as much.
+    #[test]
+    fn the_most_that_is_allowed_nearby_is_known() {
+        let mut state = 11;
+        let mut signed = || random(&mut state) * 2.0 - 1.0;
+        let mut closest = 0.0_f64;
+        for round in 0..50_000 {
+            let axis = if round % 10 == 0 { DVec3::ZERO } else { DVec3::Y };
+            let view = Perspective { eye: DVec3::new(0.1, -2.0, 0.4), axis, slope: 0.01, corner_cos: 0.6 };
+            let mut direction = || DVec3::new(signed(), signed(), signed()).normalize_or_zero();
+            let (from, outwards, to) = (direction() * 3.0, direction(), direction());
+            let radius = 0.3 * signed().abs();
+            let shared = from + outwards * radius * signed().abs();
+            let other_radius = signed().abs();
+            let other = shared + to * other_radius * signed().abs();
+            let (most, allowed) = (view.most(from, radius), view.at(other, other_radius));
+            assert!(allowed <= most * (1.0 + 1e-9), "{allowed} of {most}");
+            closest = closest.max(allowed / most);
+        }
+        assert!(closest > 0.99, "{closest}");
     }
 
     #[test]

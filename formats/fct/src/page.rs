@@ -11,6 +11,7 @@ use crate::node::Node;
 use crate::outline::stores_loops;
 use crate::plane::PlaneFrame;
 use crate::records::{NodeRecord, PageRecord, SMALL_FACES, STORES_LOOPS, VertexRecord};
+use crate::short_float::ShortFloat;
 use crate::subtree::{Place, Subtree};
 use crate::walk::{Reader, to_index};
 
@@ -138,8 +139,8 @@ impl<'a> Page<'a> {
 
     /// The bound and the budget key of the node at the root of a branch; none for a face.
     #[inline]
-    pub fn keys(&self, branch: &Branch) -> Option<[f32; 2]> {
-        self.record_of(branch).map(|record| [record.bound.get(), record.budget.get()])
+    pub fn keys(&self, branch: &Branch) -> Option<[ShortFloat; 2]> {
+        self.record_of(branch).map(|record| [record.bound, record.budget])
     }
 
     /// The two children of a branch, the left one first; none if they are not there.
@@ -250,6 +251,30 @@ impl<'a> Page<'a> {
     pub fn vertex(&self, local: u8) -> Option<(u32, &'a VertexRecord)> {
         let vertex = self.index_of(local)?;
         Some((vertex, self.vertices.get(to_index(vertex)?)?))
+    }
+
+    /// The vertices that its faces are the first to use, which have the first local indices, and the index of the first
+    /// of them in the tree.
+    #[inline]
+    pub fn own_vertices(&self) -> (u32, &'a [VertexRecord]) {
+        let first = self.record.first_vertex.get();
+        let own = to_index(first).and_then(|start| {
+            let end = start.checked_add(usize::from(self.record.own_vertices.get()))?;
+            self.vertices.get(start..end)
+        });
+        (first, own.unwrap_or_default())
+    }
+
+    /// The indices of its other vertices in the tree.
+    #[inline]
+    pub fn links(&self) -> &'a [U32] {
+        self.links
+    }
+
+    /// The record of a vertex by its index in the tree.
+    #[inline]
+    pub fn record_of_vertex(&self, vertex: u32) -> Option<&'a VertexRecord> {
+        self.vertices.get(to_index(vertex)?)
     }
 
     #[inline]

@@ -52,6 +52,13 @@ impl ShortFloat {
         Self::from_bits(self.bits().saturating_add(1))
     }
 
+    /// Its place among all short floats: of two that are not negative, the larger one has the larger rank. Negative
+    /// numbers rank below these, and NaN without a sign above infinity.
+    #[inline]
+    pub const fn rank(self) -> i16 {
+        self.bits().cast_signed()
+    }
+
     /// The value.
     #[inline]
     pub fn get(self) -> f32 {
@@ -104,7 +111,12 @@ mod tests {
         #[test]
         fn order_is_kept(a in 0.0_f32..1e30, b in 0.0_f32..1e30) {
             let (low, high) = (a.min(b), a.max(b));
-            prop_assert!(ShortFloat::up(f64::from(low)).get() <= ShortFloat::up(f64::from(high)).get());
+            let [low, high] = [low, high].map(|x| ShortFloat::up(f64::from(x)));
+            prop_assert!(low.get() <= high.get());
+            prop_assert_eq!(low.get().total_cmp(&high.get()), low.rank().cmp(&high.rank()));
+            let beside = [ShortFloat::down(-1.0), ShortFloat::INFINITY, ShortFloat::up(f64::NAN)];
+            let [negative, infinite, nan] = beside.map(ShortFloat::rank);
+            prop_assert!(negative < low.rank() && high.rank() < infinite && infinite < nan);
         }
     }
 }

@@ -40,7 +40,7 @@ struct Chords {
     /// The least cost of what is before it.
     cost: PerCorner,
     /// The corner opposite to it in the best triangulation of that, in edges from where it begins.
-    apex: PerCorner,
+    apex: [u32; 2 * BEST_UP_TO],
 }
 
 impl Best {
@@ -50,10 +50,7 @@ impl Best {
         match corners {
             4 => return self.quad(show),
             5 => return self.pentagon(show),
-            6 => self.find::<8, 4>(corners),
-            7..=9 => self.find::<8, 8>(corners),
-            10 => self.find::<12, 8>(corners),
-            11..=BEST_UP_TO => self.find::<12, 12>(corners),
+            6..=BEST_UP_TO => self.find(corners),
             _ => return false,
         }
         self.follow(corners, show)
@@ -115,51 +112,72 @@ impl Best {
         [lanes(&self.x, first), lanes(&self.y, first), lanes(&self.height, first)]
     }
 
-    /// Finds all costs. The polygon has at most `EDGES + 1` corners and `CHORDS` chords past one of them.
-    fn find<const EDGES: usize, const CHORDS: usize>(&mut self, corners: usize) {
-        let Best { x, y, height, chords } = self;
-        for (span, chord) in chords.iter_mut().enumerate().take(corners).skip(1) {
-            let from = [&*x, &*y, &*height].map(|of| lanes::<EDGES>(of, 0));
-            let to = [&*x, &*y, &*height].map(|of| lanes::<EDGES>(of, span));
-            for l in 0..EDGES {
-                let [dx, dy] = [0, 1].map(|c| to[c][l] - from[c][l]);
-                let squared = dx * dx + dy * dy;
-                let heights = from[2][l] + to[2][l];
-                chord.dx[l] = dx;
-                chord.dy[l] = dy;
-                chord.squared[l] = squared;
-                chord.part[l] = 0.5 * heights * heights + WELL_SHAPED * squared;
-                chord.cost[l] = 0.0;
+    /// Finds all costs.
+    #[inline]
+    fn find(&mut self, corners: usize) {
+        // The longer chords are, the fewer there are.
+        for span in 1..corners {
+            match corners - span {
+                ..=4 => self.measure::<4>(span),
+                5..=8 => self.measure::<8>(span),
+                _ => self.measure::<12>(span),
             }
         }
         for span in 2..corners {
-            let (before, rest) = chords.split_at_mut(span);
-            let whole = &mut rest[0];
-            let [dx, dy, squared, part] =
-                [&whole.dx, &whole.dy, &whole.squared, &whole.part].map(|of| lanes::<CHORDS>(of, 0));
-            let mut least = [f32::INFINITY; CHORDS];
-            let mut apex = [0.0_f32; CHORDS];
-            for third in 1..span {
-                let (left, right) = (&before[third], &before[span - third]);
-                let [lx, ly, left_squared, left_part, left_cost] =
-                    [&left.dx, &left.dy, &left.squared, &left.part, &left.cost]
-                        .map(|of| lanes::<CHORDS>(of, 0));
-                let [right_squared, right_part, right_cost] =
-                    [&right.squared, &right.part, &right.cost].map(|of| lanes::<CHORDS>(of, third));
-                let place = third as f32;
-                for l in 0..CHORDS {
-                    let area = lx[l] * dy[l] - ly[l] * dx[l];
-                    let squared = left_squared[l] + right_squared[l] + squared[l];
-                    let parts = left_part[l] + right_part[l] + part[l];
-                    let cost = left_cost[l] + right_cost[l] + area * parts;
-                    let better = (area > THINNEST * squared) & (cost < least[l]);
-                    least[l] = if better { cost } else { least[l] };
-                    apex[l] = if better { place } else { apex[l] };
-                }
+            match corners - span {
+                ..=4 => self.join::<4>(span),
+                5..=8 => self.join::<8>(span),
+                _ => self.join::<12>(span),
             }
-            whole.cost[..CHORDS].copy_from_slice(&least);
-            whole.apex[..CHORDS].copy_from_slice(&apex);
         }
+    }
+
+    /// Measures the chords past `span` edges, of which there are at most so many.
+    #[inline(always)]
+    fn measure<const CHORDS: usize>(&mut self, span: usize) {
+        let Best { x, y, height, chords } = self;
+        let Some(chord) = chords.get_mut(span) else { return };
+        let from = [&*x, &*y, &*height].map(|of| lanes::<CHORDS>(of, 0));
+        let to = [&*x, &*y, &*height].map(|of| lanes::<CHORDS>(of, span));
+        for l in 0..CHORDS {
+            let [dx, dy] = [0, 1].map(|c| to[c][l] - from[c][l]);
+            let squared = dx * dx + dy * dy;
+            let heights = from[2][l] + to[2][l];
+            chord.dx[l] = dx;
+            chord.dy[l] = dy;
+            chord.squared[l] = squared;
+            chord.part[l] = 0.5 * heights * heights + WELL_SHAPED * squared;
+            chord.cost[l] = 0.0;
+        }
+    }
+
+    /// Finds the costs of the chords past `span` edges, of which there are at most so many, by those of shorter ones.
+    #[inline(always)]
+    fn join<const CHORDS: usize>(&mut self, span: usize) {
+        let (before, rest) = self.chords.split_at_mut(span);
+        let Some(whole) = rest.first_mut() else { return };
+        let [dx, dy, squared, part] =
+            [&whole.dx, &whole.dy, &whole.squared, &whole.part].map(|of| lanes::<CHORDS>(of, 0));
+        let mut least = [f32::INFINITY; CHORDS];
+        let mut apex = [0_u32; CHORDS];
+        for third in 1..span {
+            let (left, right) = (&before[third], &before[span - third]);
+            let [lx, ly, left_squared, left_part, left_cost] =
+                [&left.dx, &left.dy, &left.squared, &left.part, &left.cost].map(|of| lanes::<CHORDS>(of, 0));
+            let [right_squared, right_part, right_cost] =
+                [&right.squared, &right.part, &right.cost].map(|of| lanes::<CHORDS>(of, third));
+            for l in 0..CHORDS {
+                let area = lx[l] * dy[l] - ly[l] * dx[l];
+                let squared = left_squared[l] + right_squared[l] + squared[l];
+                let parts = left_part[l] + right_part[l] + part[l];
+                let cost = left_cost[l] + right_cost[l] + area * parts;
+                let better = (area > THINNEST * squared) & (cost < least[l]);
+                least[l] = if better { cost } else { least[l] };
+                apex[l] = if better { third as u32 } else { apex[l] };
+            }
+        }
+        whole.cost[..CHORDS].copy_from_slice(&least);
+        whole.apex[..CHORDS].copy_from_slice(&apex);
     }
 
     /// Shows what was found.

@@ -8,8 +8,8 @@ use fct::{Branch, Page};
 /// Draws clusters of one page at a time.
 #[derive(Debug)]
 pub(crate) struct PagePolygon {
-    /// What is known of each vertex of the page, by its local index.
-    state: [State; 256],
+    /// 1 for each vertex of the page that is active, 0 for one that is not, by its local index, and [`ABSENT`] beyond.
+    state: [u8; 256],
     /// Its index in the tree.
     vertex: [u32; 256],
     /// Where it is, if it is active, in steps of the page's grid.
@@ -29,17 +29,16 @@ enum Rings {
     Several,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    Unknown,
-    Inactive,
-    Active,
-}
+/// Stands for a vertex that the page does not have.
+const ABSENT: u8 = 2;
+
+/// Room for the corners of a polygon: a power of two is soon checked.
+const ROOM: usize = BEST_UP_TO.next_power_of_two();
 
 impl Default for PagePolygon {
     fn default() -> Self {
         PagePolygon {
-            state: [State::Unknown; 256],
+            state: [ABSENT; 256],
             vertex: [0; 256],
             x: [0.0; 256],
             y: [0.0; 256],
@@ -51,25 +50,53 @@ impl Default for PagePolygon {
 }
 
 impl PagePolygon {
-    /// Forgets what is known, for another page; false if that has more vertices than it may.
-    pub(crate) fn begin(&mut self, page: &Page<'_>) -> bool {
-        self.state = [State::Unknown; 256];
-        page.vertex_count() <= self.state.len()
+    /// Looks all vertices of a page up; false if it has more than it may, or does not have what it says.
+    ///
+    /// That is sooner done than finding out which ones will be asked for: one after the other, without a guess that can
+    /// go wrong.
+    pub(crate) fn begin(&mut self, page: &Page<'_>, criterion: &impl Criterion) -> bool {
+        self.state = [ABSENT; 256];
+        if page.vertex_count() > self.state.len() {
+            return false;
+        }
+        let (first, own) = page.own_vertices();
+        let links = page.links();
+        let (own_slots, other_slots) = self.vertex.split_at_mut(own.len().min(256));
+        for (slot, ahead) in own_slots.iter_mut().zip(0_u32..) {
+            *slot = first.wrapping_add(ahead);
+        }
+        for (slot, link) in other_slots.iter_mut().zip(links) {
+            *slot = link.get();
+        }
+        let mut active = [0_u8; 256];
+        let mut count = 0_usize;
+        let mut note = |local: usize, is_active: bool| {
+            self.state[local % 256] = u8::from(is_active);
+            active[count % 256] = local as u8;
+            count += usize::from(is_active);
+        };
+        for (local, record) in own.iter().enumerate() {
+            note(local, criterion.activates(first.wrapping_add(local as u32), record));
+        }
+        for (local, link) in links.iter().enumerate() {
+            let Some(record) = page.record_of_vertex(link.get()) else { return false };
+            note(own.len() + local, criterion.activates(link.get(), record));
+        }
+        for &local in active.iter().take(count) {
+            let local = usize::from(local);
+            let Some(record) = page.record_of_vertex(self.vertex[local]) else { return false };
+            [self.x[local], self.y[local], self.z[local]] = record.position().map(|c| c * page.per_quantum());
+        }
+        true
     }
 
     /// Appends the triangles of a node of two faces or more; false, and nothing, if it must be drawn the general way; none
     /// if the page does not have what it says.
     #[inline]
-    pub(crate) fn draw(
-        &mut self,
-        page: &Page<'_>,
-        branch: &Branch,
-        criterion: &impl Criterion,
-        mesh: &mut Mesh<'_>,
-    ) -> Option<bool> {
+    pub(crate) fn draw(&mut self, page: &Page<'_>, branch: &Branch, mesh: &mut Mesh<'_>) -> Option<bool> {
         let (frame, bound) = page.plane(branch)?;
         mesh.stats.bound = mesh.stats.bound.max(bound);
-        let corners = match self.thin(page, branch, criterion)? {
+        let corners = match self.thin(page, branch)? {
             Rings::None => return Some(true),
             Rings::One(corners) if corners <= BEST_UP_TO => corners,
             Rings::One(_) | Rings::Several => return Some(false),
@@ -93,7 +120,7 @@ impl PagePolygon {
         let [u, v] = frame.lean;
         let across = sum(axis, sum(times(u, tangent), times(v, other)));
         let level = dot(minus(base, origin), across) + frame.height * frame.length;
-        let mut vertices = [0_u32; BEST_UP_TO];
+        let mut vertices = [0_u32; ROOM];
         let Best { x, y, height, .. } = &mut self.best;
         let ring = self.ring.as_chunks::<4>().0;
         for (four, locals) in ring.iter().enumerate().take(corners.div_ceil(4)) {
@@ -112,44 +139,30 @@ impl PagePolygon {
                 height[i] = dot(d, across) - level;
             }
         }
-        let mut indices = [0; 3 * (BEST_UP_TO - 2)];
-        let mut end = 0;
-        let found = self.best.show(corners, |[a, b, c]| {
-            if let Some(slot) = indices[end..].first_chunk_mut() {
-                *slot = [vertices[a], vertices[b], vertices[c]];
-                end += 3;
-            }
-        });
-        if found {
-            mesh.indices.extend_from_slice(&indices[..end]);
-        }
-        Some(found)
+        Some(self.best.show(corners, |triangle| {
+            mesh.indices.extend_from_slice(&triangle.map(|corner| vertices[corner % ROOM]));
+        }))
     }
 
     /// Leaves the active vertices of a branch's loops in `ring`.
     #[inline]
-    fn thin(&mut self, page: &Page<'_>, branch: &Branch, criterion: &impl Criterion) -> Option<Rings> {
-        let (mut kept, mut several, mut sound) = (0_usize, false, true);
+    fn thin(&mut self, page: &Page<'_>, branch: &Branch) -> Option<Rings> {
+        let (mut kept, mut several, mut seen) = (0_usize, false, 0);
         page.rings(branch, |entries| {
             let start = kept;
             let mut end = start;
             for &local in entries {
-                let mut state = self.state[usize::from(local)];
-                if state == State::Unknown {
-                    match self.look_at(page, criterion, local) {
-                        Some(found) => state = found,
-                        None => sound = false,
-                    }
-                }
+                let state = self.state[usize::from(local)];
+                seen |= state;
                 self.ring[end % 256] = local;
-                end += usize::from(state == State::Active);
+                end += usize::from(state & 1);
             }
             if end > start + 2 {
                 several |= start > 0;
                 kept = end;
             }
         })?;
-        sound.then_some(match kept {
+        (seen & ABSENT == 0).then_some(match kept {
             0 => Rings::None,
             _ if several => Rings::Several,
             n => Rings::One(n),
@@ -160,19 +173,6 @@ impl PagePolygon {
     fn place(&self, local: u8) -> [f32; 3] {
         let local = usize::from(local);
         [self.x[local], self.y[local], self.z[local]]
-    }
-
-    /// Looks a vertex up.
-    fn look_at(&mut self, page: &Page<'_>, criterion: &impl Criterion, local: u8) -> Option<State> {
-        let (vertex, record) = page.vertex(local)?;
-        let local = usize::from(local);
-        let state = if criterion.activates(vertex, record) { State::Active } else { State::Inactive };
-        self.state[local] = state;
-        self.vertex[local] = vertex;
-        if state == State::Active {
-            [self.x[local], self.y[local], self.z[local]] = record.position().map(|c| c * page.per_quantum());
-        }
-        Some(state)
     }
 }
 
