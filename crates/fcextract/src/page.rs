@@ -97,6 +97,7 @@ impl PageWalk {
         mesh: &mut Mesh<'_>,
         general: &mut impl FnMut(&Branch, &mut Vec<u32>) -> Result<u64, Error>,
     ) -> Result<Option<()>, Error> {
+        page.touch();
         let mut is_ready = false;
         self.stack.clear();
         self.stack.push((root, inside));
