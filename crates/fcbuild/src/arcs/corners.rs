@@ -55,7 +55,7 @@ pub fn register(
         registered[(h & !LAST) as usize] = anchored[mesh.origin(h & !LAST) as usize];
     }
     let walk = Walk { mesh, splits, loops, count };
-    let root = Child { node: 0, parent: None, faces: 0..mesh.faces.len() };
+    let root = Child { node: 0, parent: None, above: f32::INFINITY, faces: 0..mesh.faces.len() };
     let measured = Measured { nodes: &mut nodes, cones: &mut cones };
     let registrations = walk.descend(root, &mut registered, measured);
     Registered { registrations, nodes, cones }
@@ -78,6 +78,8 @@ struct Child {
     /// The node that is split into this one, if that can register more corners: a join of components would register
     /// them for every mesh.
     parent: Option<u32>,
+    /// The bound of that node.
+    above: f32,
     faces: Range<usize>,
 }
 
@@ -117,7 +119,7 @@ impl<'a> Walk<'a> {
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return Vec::new() };
         // The measurer of a large cluster goes before more of them are made.
         (*bounds, *cone) = self.measure(&at, registered, &mut Measurer::new(self.mesh), &mut own);
-        let [left, right] = self.split(&at, registered, &mut own);
+        let [left, right] = self.split(&at, bounds.bound, registered, &mut own);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let (l, r) = rayon::join(
@@ -145,7 +147,7 @@ impl<'a> Walk<'a> {
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return };
         (*bounds, *cone) = self.measure(&at, registered, measurer, out);
-        let [left, right] = self.split(&at, registered, out);
+        let [left, right] = self.split(&at, bounds.bound, registered, out);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let places_l = Measured { nodes: &mut *nodes_l, cones: places_l.cones };
@@ -164,7 +166,8 @@ impl<'a> Walk<'a> {
         out: &mut Vec<Registration>,
     ) -> (NodeBounds, Cone) {
         let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.of_node(at.node), registered };
-        let (bounds, cone, added) = measurer.measure(&self.splits[at.node], &cluster, at.parent.is_some());
+        let above = at.parent.map(|_| if at.above.is_finite() { f64::from(at.above) } else { 0.0 });
+        let (bounds, cone, added) = measurer.measure(&self.splits[at.node], &cluster, above);
         for &h in added {
             registered[h as usize - 3 * at.faces.start] = true;
             let vertex = self.mesh.weld[self.mesh.origin(h) as usize];
@@ -174,14 +177,20 @@ impl<'a> Walk<'a> {
     }
 
     /// Registers the corners of one split.
-    fn split(&self, at: &Child, registered: &mut [bool], out: &mut Vec<Registration>) -> [Child; 2] {
+    fn split(
+        &self,
+        at: &Child,
+        above: f32,
+        registered: &mut [bool],
+        out: &mut Vec<Registration>,
+    ) -> [Child; 2] {
         let Child { node, ref faces, .. } = *at;
         let left_faces = self.splits[node].left_faces as usize;
         let middle = faces.start + left_faces;
         let parent = (!self.splits[node].joins_components).then_some(node as u32);
         let children = [
-            Child { node: node + 1, parent, faces: faces.start..middle },
-            Child { node: node + left_faces, parent, faces: middle..faces.end },
+            Child { node: node + 1, parent, above, faces: faces.start..middle },
+            Child { node: node + left_faces, parent, above, faces: middle..faces.end },
         ];
         let mut marks = Marks { mesh: self.mesh, registered, base: 3 * faces.start, node, out };
         // The ends of arcs around a single face are corners of it.

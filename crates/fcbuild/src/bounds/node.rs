@@ -95,8 +95,14 @@ impl<'a> Measurer<'a> {
     }
 
     /// Measures one node by itself: its bounds, a cone that holds the normals of its faces, and half-edges on its loops
-    /// that start at vertices which its parent must register too, none unless `may_add`.
-    pub fn measure(&mut self, split: &Split, at: &Cluster<'_>, may_add: bool) -> (NodeBounds, Cone, &[u32]) {
+    /// that start at vertices which its parent must register too, none without a node `above` to register them, of
+    /// that bound, 0 for one that is never drawn.
+    pub fn measure(
+        &mut self,
+        split: &Split,
+        at: &Cluster<'_>,
+        above: Option<f64>,
+    ) -> (NodeBounds, Cone, &[u32]) {
         let mesh = self.mesh;
         let corner_vertices = mesh.faces.as_flattened();
         let vertex = |h: &u32| mesh.positions[corner_vertices[(h & !LAST) as usize] as usize];
@@ -121,7 +127,7 @@ impl<'a> Measurer<'a> {
                 let along_axis = cone.cos > distance::MIN_FACING;
                 let directions = [along_plane.then_some(split.normal), along_axis.then_some(cone.axis)];
                 if let Some(mut slab) = distance::slab(directions, &self.points, 0..inside, inside..end) {
-                    added = self.overhang.widen(mesh, at, &mut slab, may_add);
+                    added = self.overhang.widen(mesh, at, &mut slab, above);
                     bound = Some(slab.bound());
                 }
             }

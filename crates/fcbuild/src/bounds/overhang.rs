@@ -16,9 +16,13 @@ use crate::tree_order::TreeMesh;
 use glam::{DVec2, DVec3};
 
 /// An arc over a steep place is left as it is if that raises the cluster's bound to at most so many times the height of
-/// its slab; else it gets a corner more. Less means more corners, more means larger bounds: between 1.8 and 2.2 the
-/// number of triangles hardly changes.
+/// its slab, or to at most [`SHARE`]; else it gets a corner more. Less means more corners, more means larger bounds:
+/// between 1.8 and 2.2 the number of triangles hardly changes.
 const RAISE_UP_TO: f64 = 2.0;
+
+/// The share of the bound of the node above that a cluster's may be raised to: corners that it gets for less are drawn in
+/// meshes that are much coarser than it. A flat disc would get all of its rim.
+const SHARE: f64 = 0.2;
 
 /// By what part of the height of its slab an arc may reach beyond the chord of the next one: polygons overlap themselves by
 /// as much at a corner.
@@ -87,13 +91,14 @@ fn near<'a>(runs: &'a [(DVec2, DVec2)], hull: &'a Hull, n: usize) -> impl Iterat
 
 impl Overhang {
     /// Widens the slab of a cluster with one loop by what is seen in the hulls of its arcs. Returns half-edges of the
-    /// loop that start at vertices which must be corners for that, none unless `may_add`.
+    /// loop that start at vertices which must be corners for that, none without a node `above` to register them, of that
+    /// bound, 0 for one that is never drawn.
     pub(super) fn widen(
         &mut self,
         mesh: &TreeMesh,
         at: &Cluster<'_>,
         slab: &mut Slab,
-        may_add: bool,
+        above: Option<f64>,
     ) -> &[u32] {
         let border = Border { mesh, at };
         let n = border.len();
@@ -108,12 +113,12 @@ impl Overhang {
             self.runs.clear();
             self.runs.extend((0..n).step_by(RUN).map(|first| box_of(&self.seen[first..=n.min(first + RUN)])));
             self.corners.push(self.corners[0] + n);
-            self.widen_by_arcs(&border, gaze, slab, may_add);
+            self.widen_by_arcs(&border, gaze, slab, above);
         }
         &self.added
     }
 
-    fn widen_by_arcs(&mut self, border: &Border<'_>, gaze: Gaze, slab: &mut Slab, may_add: bool) {
+    fn widen_by_arcs(&mut self, border: &Border<'_>, gaze: Gaze, slab: &mut Slab, above: Option<f64>) {
         let n = border.len();
         let narrow = *slab;
         let height = narrow.height();
@@ -128,7 +133,7 @@ impl Overhang {
                 i += 1;
                 continue;
             }
-            if may_add && self.is_tangled(i, n, DEEP * height) {
+            if above.is_some() && self.is_tangled(i, n, DEEP * height) {
                 self.add_corner(border, i + 1, border.farthest(from, to));
                 continue;
             }
@@ -139,7 +144,7 @@ impl Overhang {
             if !self.flood.look(around, edges, &mut wide) {
                 let arc = self.seen[from..=to].iter().map(|seen| seen.height);
                 let distance = self.aside(from, to).hypot(narrow.reach(arc));
-                if may_add && distance > RAISE_UP_TO * height {
+                if above.is_some_and(|above| distance > (RAISE_UP_TO * height).max(SHARE * above)) {
                     self.add_corner(border, i + 1, border.farthest(from, to));
                     continue;
                 }
