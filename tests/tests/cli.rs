@@ -376,6 +376,27 @@ fn several_files_become_groups_of_one_tree() {
     }
 }
 
+/// `--chunk-faces` divides the same tree into more parts, which costs bytes; a report and the file tell.
+#[test]
+fn parts_that_are_read_alone_have_the_size_that_was_asked_for() {
+    let folder = folder();
+    let at = folder.path();
+    fs::copy(sample("sculpture.ply"), at.join("in.ply")).unwrap();
+    let chunks_of = |flags: &str| {
+        accept(at, &format!("fcbuild in.ply -o out.fct --force --report r.json {flags}"));
+        accept(at, "fct verify out.fct");
+        let report: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(at.join("r.json")).unwrap()).unwrap();
+        let file = fct::ChunkFile::open(&at.join("out.fct")).unwrap();
+        let told = file.meta().generator.contains("--chunk-faces");
+        assert_eq!(told, !flags.is_empty(), "{}", file.meta().generator);
+        (file.crown().chunk_count(), report["settings"]["chunk_faces"].as_u64(), file.header().file_len)
+    };
+    let (many, fine) = (chunks_of(""), chunks_of("--chunk-faces 300"));
+    assert_eq!([many.1, fine.1], [Some(4096), Some(300)]);
+    assert!(fine.0 > 4 * many.0 && fine.2 > many.2, "{many:?} {fine:?}");
+}
+
 /// A mesh that looks inwards is told, and `--flip` turns it over, normals and all.
 #[test]
 fn faces_that_look_inwards_are_turned_over() {

@@ -25,6 +25,10 @@ On any but 0 nothing is written.";
 /// More threads than this only cost memory: the serial parts dominate long before.
 pub(crate) const MAX_THREADS: i64 = 256;
 
+/// Parts that can be read alone are no smaller than a page, and no mesh is larger.
+const LEAST_CHUNK: i64 = 256;
+const MOST_CHUNK: i64 = 1 << 30;
+
 /// Builds a face-cluster tree (.fct) from polygon meshes: PLY, OBJ, STL, glTF or GLB.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "fcbuild", version, about, after_help = EXAMPLES, max_term_width = 100)]
@@ -44,6 +48,9 @@ pub(crate) struct Flags {
     /// Refuse before the long work what would need more, such as 800M or 6GiB [default: 75 % of what the machine or its control group has]
     #[arg(long, value_name = "SIZE", value_parser = size::parse, allow_negative_numbers = true)]
     pub(crate) max_memory: Option<Size>,
+    /// Faces, at most, of a part that can be read alone where a file is larger than the memory, from 256 on: with fewer a view reads less, and the file is larger
+    #[arg(long, value_name = "N", default_value_t = fct::CHUNK_FACES, value_parser = clap::value_parser!(u32).range(LEAST_CHUNK..=MOST_CHUNK), allow_negative_numbers = true)]
+    pub(crate) chunk_faces: u32,
     /// Replace existing outputs, if they are trees and reports
     #[arg(long)]
     pub(crate) force: bool,
@@ -143,18 +150,18 @@ mod tests {
     fn every_flag_means_what_it_says() {
         let flags = parse(
             "a.ply b.obj -o c.fct --split cca --threads 3 --max-memory 2GiB --force --strict --flip --weld 0.5 \
-             --report r.json --message-format json --progress never",
+             --chunk-faces 1024 --report r.json --message-format json --progress never",
         )
         .unwrap();
         assert_eq!(flags.inputs.len(), 2);
         assert_eq!((flags.split, flags.threads), (SplitFlag::Cca, Some(3)));
         assert_eq!(flags.max_memory.map(|size| size.bytes), Some(2 << 30));
         assert!(flags.force && flags.strict && flags.flip && flags.report.is_some());
-        assert_eq!(flags.weld, Weld::Within(0.5));
+        assert_eq!((flags.weld, flags.chunk_faces), (Weld::Within(0.5), 1024));
         assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ProgressFlag::Never));
         let plain = parse("a.ply -o c.fct").unwrap();
         assert_eq!((plain.split, plain.weld), (SplitFlag::Quality, Weld::Exact));
-        assert!(!plain.force && !plain.flip);
+        assert!(!plain.force && !plain.flip && plain.chunk_faces == fct::CHUNK_FACES);
     }
 
     #[test]
@@ -170,6 +177,8 @@ mod tests {
             "a.ply -o c.fct --threads many",
             "a.ply -o c.fct --weld -1",
             "a.ply -o c.fct --weld nan",
+            "a.ply -o c.fct --chunk-faces 255",
+            "a.ply -o c.fct --chunk-faces -1",
             "a.ply -o c.fct --max-memory 0",
             "a.ply -o c.fct --max-memory -1",
             "a.ply -o c.fct --max-memory lots",

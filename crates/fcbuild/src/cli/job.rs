@@ -96,8 +96,12 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     warn_of_seams(&mut built);
     check_strict(settings, &built.tally)?;
     check_books(&built)?;
-    let flip = if settings.flip { " --flip" } else { "" };
-    built.meta.generator = format!("fcbuild {}{flip}", env!("CARGO_PKG_VERSION"));
+    let mut flags = if settings.flip { " --flip".to_owned() } else { String::new() };
+    if settings.chunk_faces != fct::CHUNK_FACES {
+        built.set_chunk_faces(settings.chunk_faces).map_err(|e| blame(settings, e))?;
+        flags = format!("{flags} --chunk-faces {}", settings.chunk_faces);
+    }
+    built.meta.generator = format!("fcbuild {}{flags}", env!("CARGO_PKG_VERSION"));
     built.meta.source = settings.input_names();
     Ok(Made { built, vertices_in, source_id, import, estimate })
 }

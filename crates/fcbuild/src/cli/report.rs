@@ -35,6 +35,7 @@ struct SettingsPart {
     flip: bool,
     threads: usize,
     max_memory: Option<u64>,
+    chunk_faces: u32,
     strict: bool,
 }
 
@@ -116,6 +117,7 @@ impl Report {
                 flip: settings.flip,
                 threads: settings.threads,
                 max_memory: settings.max_memory.as_ref().map(|limit| limit.bytes),
+                chunk_faces: settings.chunk_faces,
                 strict: settings.strict,
             },
             counts: Counts {

@@ -28,6 +28,8 @@ pub(crate) struct Settings {
     pub(crate) threads: usize,
     /// Bytes that the job may take, as far as they are known.
     pub(crate) max_memory: Option<Size>,
+    /// The most faces of a part that can be read alone.
+    pub(crate) chunk_faces: u32,
     /// Whether outputs may be replaced.
     pub(crate) force: bool,
     /// Whether repairs are errors.
@@ -76,6 +78,7 @@ impl Settings {
             flip: flags.flip,
             threads: flags.threads.map_or_else(cores, |n| n as usize).min(MAX_THREADS as usize),
             max_memory: flags.max_memory.clone().or_else(|| memory::default_limit().map(Size::of_bytes)),
+            chunk_faces: flags.chunk_faces,
             force: flags.force,
             strict: flags.strict,
             progress: match (flags.progress, terminal) {

@@ -9,6 +9,7 @@ use std::process::Command;
 pub(crate) struct Builder {
     program: PathBuf,
     split: Option<String>,
+    chunk_faces: Option<u32>,
 }
 
 impl Builder {
@@ -24,7 +25,13 @@ impl Builder {
         if !program.is_file() {
             return Err(format!("{}: no such program; name one by --fcbuild", program.display()).into());
         }
-        Ok(Builder { program, split: split.map(str::to_owned) })
+        Ok(Builder { program, split: split.map(str::to_owned), chunk_faces: None })
+    }
+
+    /// With parts of at most so many faces, as its option takes them.
+    #[must_use]
+    pub(crate) fn in_chunks(self, chunk_faces: Option<u32>) -> Builder {
+        Builder { chunk_faces, ..self }
     }
 
     /// A command that makes `output` of `input`, without a progress bar.
@@ -33,6 +40,9 @@ impl Builder {
         command.arg(input).arg("-o").arg(output).args(["--force", "--progress", "never"]);
         if let Some(split) = &self.split {
             command.args(["--split", split]);
+        }
+        if let Some(faces) = self.chunk_faces {
+            command.args(["--chunk-faces", &faces.to_string()]);
         }
         if let Some(threads) = threads {
             command.args(["--threads", &threads.to_string()]);

@@ -23,6 +23,7 @@ Examples:
   cargo xtask bench stream                         the sample meshes
   cargo xtask bench stream --scans ~/stanford      and bunny, armadillo and dragon
   cargo xtask bench stream --part 8 dragon.ply     with an eighth of the file in memory
+  cargo xtask bench stream --chunk-faces 1024 a.ply  with smaller chunks
   cargo xtask bench stream --append my-laptop      keep the figures
 
 An eye goes around the mesh, near its surface, in small steps and in jumps.
@@ -58,6 +59,9 @@ pub(crate) struct Args {
     /// Pixels that the selection allows, of 1280 x 720
     #[arg(long, value_name = "P", default_value_t = 1.0)]
     pixels: f64,
+    /// The most faces of a chunk [default: as fcbuild does by itself]
+    #[arg(long, value_name = "N")]
+    chunk_faces: Option<u32>,
     /// A fcbuild to build with [default: that of this workspace, built first]
     #[arg(long, value_name = "PROGRAM")]
     fcbuild: Option<PathBuf>,
@@ -113,7 +117,7 @@ struct Sums {
 /// # Errors
 /// When something cannot be run, or an answer is wrong.
 pub(crate) fn run(args: &Args) -> Result<(), Box<dyn Error>> {
-    let builder = Builder::new(args.fcbuild.as_deref(), None)?;
+    let builder = Builder::new(args.fcbuild.as_deref(), None)?.in_chunks(args.chunk_faces);
     let mut table = Table::new(&[
         "mesh",
         "file MB",
@@ -205,7 +209,13 @@ fn measure(
         entries.push(Entry {
             what: "streaming, chunks in view : faults : MB read a frame : pages read over needed".to_owned(),
             input: format!("{name} ({} faces)", tree.face_count()),
-            setting: format!("{}, {} pixels, 1/{part} of {} MB", way.name(), args.pixels, mega(bytes as f64)),
+            setting: format!(
+                "{}, {} pixels, 1/{part} of {} MB{}",
+                way.name(),
+                args.pixels,
+                mega(bytes as f64),
+                args.chunk_faces.map_or_else(String::new, |n| format!(", chunks of {n} faces"))
+            ),
             value: format!("{} : {} : {} : {}", cells[5], cells[8], cells[10], cells[7]),
             unit: "count, MB",
             how: format!(
