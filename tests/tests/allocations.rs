@@ -1,8 +1,8 @@
 //! Promise: extracting takes no memory from the system once the buffers have grown, and any thread may do it.
 
 use fcextract::{
-    Batch, Extraction, Fitter, Mesh, Order, ParallelExtractor, Part, Perspective, Region, Selection, Shown,
-    Tolerance, extract,
+    Batch, Budget, Extraction, Fitter, Mesh, Order, ParallelExtractor, Part, Perspective, Region, Selection,
+    Shown, Tolerance, extract,
 };
 use fct::Tree;
 use fctests::random::Random;
@@ -55,6 +55,25 @@ fn views_cost_no_allocation_once_the_buffers_have_grown() {
     // Clusters with holes, and with corners that occur twice.
     check("tangle", &trees::tree_of(meshes::tangle(400, 300, 1)));
     check("pieces", &trees::tree_of(meshes::pieces(9)));
+}
+
+/// What the caller's thread takes; the others need no more for many instances than for few.
+#[test]
+fn a_budget_for_many_instances_takes_little_memory_for_each() {
+    const INSTANCES: u64 = 5000;
+    let tree = trees::tree_of(trees::read(&trees::data("terrain.ply")));
+    let mut shown: Vec<Shown<'_>> =
+        (0..INSTANCES).map(|_| Shown { tree: &tree, selection: Selection::by_budget() }).collect();
+    // Less than the coarsest meshes have, and a little more.
+    let mut coarsest = 0;
+    for more in [10, 100] {
+        let mut fitter = Fitter::default();
+        let taken = allocation_counter::measure(|| {
+            let budget = Budget::Triangles(coarsest + more);
+            coarsest = fitter.fit(&mut shown, budget).expect("a tree").count;
+        });
+        assert!(coarsest >= INSTANCES && taken.bytes_max < 3000 * INSTANCES, "{coarsest}: {taken:?}");
+    }
 }
 
 #[test]

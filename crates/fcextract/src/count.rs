@@ -88,12 +88,6 @@ impl Counter {
         }
     }
 
-    /// The vertices on the boundary of a subtree.
-    pub(crate) fn boundary(&mut self, reader: &Reader<'_>, subtree: &Subtree) -> Result<&[u32], Error> {
-        reader.read_loops(subtree, &mut self.loops)?;
-        Ok(&self.loops.vertices)
-    }
-
     /// The number of triangles of a node that is drawn.
     ///
     /// A polygon of n corners that are all different is drawn with n - 2. Where holes are joined, or a corner occurs

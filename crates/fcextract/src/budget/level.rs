@@ -99,18 +99,21 @@ fn count(
     enough: u64,
 ) -> Result<Level, Error> {
     let nothing = Level { factor, count: 0, next: 0.0, last: f64::INFINITY };
-    let of_one = |(counter, one): (&mut Counter, &Shown<'_>)| -> Result<Level, Error> {
-        let cut = counter.cut(one, factor, |counts| budget.of(counts) >= enough)?;
-        Ok(Level { factor, count: budget.of(&cut.counts), next: cut.next, last: cut.last })
-    };
     let sum = |a: Level, b: Level| {
         let (next, last) = (a.next.max(b.next), a.last.min(b.last));
         Ok(Level { factor, count: a.count + b.count, next, last })
     };
-    let mut level = if let ([counter, ..], [one]) = (&mut *counters, shown) {
-        of_one((counter, one))?
+    let of_some = |(counter, some): (&mut Counter, &[Shown<'_>])| -> Result<Level, Error> {
+        some.iter().try_fold(nothing, |so_far, one| {
+            let cut = counter.cut(one, factor, |counts| budget.of(counts) >= enough)?;
+            sum(so_far, Level { factor, count: budget.of(&cut.counts), next: cut.next, last: cut.last })
+        })
+    };
+    let mut level = if let ([counter, ..], [_]) = (&mut *counters, shown) {
+        of_some((counter, shown))?
     } else {
-        counters.par_iter_mut().zip(shown).map(of_one).try_reduce(|| nothing, sum)?
+        let each = shown.len().div_ceil(counters.len().max(1)).max(1);
+        counters.par_iter_mut().zip(shown.par_chunks(each)).map(of_some).try_reduce(|| nothing, sum)?
     };
     if level.count >= enough {
         // The walk was not finished.

@@ -56,6 +56,9 @@ pub struct Fitted {
     pub factor: f64,
 }
 
+/// So many counters a thread share what is shown evenly enough.
+const COUNTERS: usize = 8;
+
 /// Divides budgets; keeps its memory from one to the next.
 #[derive(Debug, Default)]
 pub struct Fitter {
@@ -87,8 +90,10 @@ impl Fitter {
             }
             one.selection.check()?;
         }
-        if self.counters.len() < shown.len() {
-            self.counters.resize_with(shown.len(), Counter::default);
+        // Not one for each that is shown: a million instances would take all memory.
+        let counters = shown.len().min(COUNTERS * rayon::current_num_threads());
+        if self.counters.len() < counters {
+            self.counters.resize_with(counters, Counter::default);
         }
         let found = level::find(&mut self.counters, shown, budget)?;
         let shape: Vec<Tolerance> = shown.iter().map(|one| one.selection.tolerance).collect();

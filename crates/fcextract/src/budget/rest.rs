@@ -5,8 +5,8 @@ use crate::copies::Copies;
 use crate::corners::Corners;
 use crate::count::Counter;
 use crate::part::Sight;
-use crate::{Error, Stats, Tolerance};
-use fct::{Child, Reader, Subtree};
+use crate::{Error, Selection, Stats, Tolerance};
+use fct::{Child, Loops, Reader, Subtree, Tree};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap, VecDeque};
@@ -21,6 +21,11 @@ const PATIENCE: usize = 32;
 #[derive(Debug, Default)]
 pub(super) struct Rest {
     fronts: Vec<Front>,
+    /// Of each tree, however many instances show it.
+    copies: Vec<Copies>,
+    /// Of each front, the place of its tree's copies.
+    copies_of: Vec<usize>,
+    work: Work,
     /// Nodes to be refined, the next one on top.
     waiting: BinaryHeap<Candidate>,
     /// The next ones of them, for which the fronts watch.
@@ -63,14 +68,14 @@ impl Rest {
             let from_split = self.fresh.peek() > self.next.front();
             let next = if from_split { self.fresh.pop() } else { self.next.pop_front() };
             let Some(candidate) = next else { break };
-            let (Some(front), Some(one), Some(shape)) = (
-                self.fronts.get_mut(candidate.of as usize),
-                shown.get_mut(candidate.of as usize),
-                shape.get(candidate.of as usize),
-            ) else {
+            let of = candidate.of as usize;
+            let copies = self.copies_of.get(of).and_then(|place| self.copies.get(*place));
+            let (Some(front), Some(one), Some(shape), Some(copies)) =
+                (self.fronts.get_mut(of), shown.get_mut(of), shape.get(of), copies)
+            else {
                 continue;
             };
-            match front.split(one, candidate, budget, wanted - count)? {
+            match front.split(one, copies, &mut self.work, candidate, budget, wanted - count)? {
                 Some(change) => {
                     count = count.saturating_add_signed(change);
                     self.fresh.extend(front.candidates_from(one, shape, candidate.of, front.last_split)?);
@@ -90,6 +95,7 @@ impl Rest {
         if self.fronts.len() < shown.len() {
             self.fronts.resize_with(shown.len(), Front::default);
         }
+        self.read_copies(shown);
         self.next.clear();
         self.fresh.clear();
         let mut all = std::mem::take(&mut self.waiting).into_vec();
@@ -100,14 +106,32 @@ impl Rest {
             .zip(shown)
             .zip(shape)
             .enumerate()
-            .map(|(of, ((front, one), shape))| {
-                front.read(one)?;
+            .map_init(Vec::new, |stack, (of, ((front, one), shape))| {
+                front.read(one, stack)?;
                 front.candidates_from(one, shape, of as u32, 0)
             })
             .collect::<Result<_, Error>>()?;
         all.extend(found.into_iter().flatten());
         self.waiting = BinaryHeap::from(all);
         Ok(())
+    }
+
+    fn read_copies(&mut self, shown: &[Shown<'_>]) {
+        let mut places: HashMap<*const Tree, usize> = HashMap::new();
+        self.copies_of.clear();
+        for one in shown {
+            let next = places.len();
+            let place = *places.entry(std::ptr::from_ref(one.tree)).or_insert(next);
+            if place == next {
+                if self.copies.len() <= place {
+                    self.copies.push(Copies::default());
+                }
+                if let Some(copies) = self.copies.get_mut(place) {
+                    copies.read(one.tree);
+                }
+            }
+            self.copies_of.push(place);
+        }
     }
 
     /// Takes the next nodes from those that wait, and lets their fronts watch the vertices that they may need.
@@ -120,10 +144,20 @@ impl Rest {
         if let Budget::Clusters(_) = budget {
             return Ok(());
         }
-        let tried = || self.next.iter().chain(self.fresh.iter());
-        self.fronts.par_iter_mut().zip(shown).enumerate().try_for_each(|(of, (front, one))| {
-            front.watch(one, tried().filter(|c| c.of as usize == of).map(|c| c.slot))
-        })
+        let mut tried: Vec<(u32, u32)> =
+            self.next.iter().chain(self.fresh.iter()).map(|c| (c.of, c.slot)).collect();
+        tried.sort_unstable();
+        let (copies, copies_of) = (&self.copies, &self.copies_of);
+        self.fronts.par_iter_mut().zip(shown).zip(copies_of).enumerate().try_for_each_init(
+            Loops::default,
+            |loops, (of, ((front, one), copies_of))| {
+                let of = of as u32;
+                let first = tried.partition_point(|(other, _)| *other < of);
+                let slots = tried.iter().skip(first).take_while(|(other, _)| *other == of);
+                let Some(copies) = copies.get(*copies_of) else { return Ok(()) };
+                front.watch(one, copies, loops, slots.map(|(_, slot)| *slot))
+            },
+        )
     }
 }
 
@@ -134,15 +168,25 @@ struct Front {
     /// Vertices that are not drawn, each with the clusters of the cut on whose boundary it lies, two at most: where three
     /// meet it would be drawn.
     watched: HashMap<u32, [u32; 2]>,
-    copies: Copies,
-    corners: Corners,
-    counter: Counter,
     /// The first slot of the last split.
     last_split: usize,
-    /// Vertices that the split under trial adds.
+}
+
+/// Subtrees to look at, each with whether it lies in the frustum as a whole.
+type Stack = Vec<(Subtree, bool)>;
+
+/// What the split under trial is found out with, of whichever front; one for all, since an instance may be one of a million.
+#[derive(Debug, Default)]
+struct Work {
+    corners: Corners,
+    counter: Counter,
+    loops: Loops,
+    /// Vertices that need to be drawn, once for all their copies.
+    needed: Vec<u32>,
+    /// Vertices that the split adds.
     added: Vec<u32>,
     pieces: Vec<Slot>,
-    stack: Vec<(Subtree, bool)>,
+    stack: Stack,
     /// Slots of the clusters that get more corners by it.
     touched: Vec<u32>,
 }
@@ -160,43 +204,13 @@ const NO_SLOT: u32 = u32::MAX;
 
 impl Front {
     /// Begins with the cut that the tolerance alone makes.
-    fn read(&mut self, shown: &Shown<'_>) -> Result<(), Error> {
-        self.copies.read(shown.tree);
+    fn read(&mut self, shown: &Shown<'_>, stack: &mut Stack) -> Result<(), Error> {
         self.slots.clear();
         self.watched.clear();
         let reader = shown.tree.reader();
-        let mut pieces = std::mem::take(&mut self.slots);
-        self.stack.push((reader.whole(), shown.selection.frustum.is_none()));
-        let found = self.add_pieces(&reader, shown, &mut pieces);
-        self.slots = pieces;
-        found
-    }
-
-    /// Goes on from the stack to the clusters that are drawn.
-    fn add_pieces(
-        &mut self,
-        reader: &Reader<'_>,
-        shown: &Shown<'_>,
-        out: &mut Vec<Slot>,
-    ) -> Result<(), Error> {
-        let mut stats = Stats::default();
-        while let Some((subtree, inside)) = self.stack.pop() {
-            let slot = Slot { subtree, inside, is_drawn: true };
-            if let Child::Face(_) = subtree.child.kind() {
-                out.push(slot);
-                continue;
-            }
-            let node = reader.node(&subtree)?;
-            match shown.selection.sight(&subtree, &node, inside, &mut stats) {
-                Sight::Culled => {}
-                Sight::Refined { inside } => {
-                    let [left, right] = reader.children(&subtree)?;
-                    self.stack.extend([(right, inside), (left, inside)]);
-                }
-                Sight::Drawn => out.push(slot),
-            }
-        }
-        Ok(())
+        stack.clear();
+        stack.push((reader.whole(), shown.selection.frustum.is_none()));
+        add_pieces(&reader, shown, stack, &mut self.slots)
     }
 
     /// The nodes among the slots from one on, which could be refined.
@@ -219,23 +233,35 @@ impl Front {
     }
 
     /// Watches the vertices on the boundaries of some clusters that are not drawn.
-    fn watch(&mut self, shown: &Shown<'_>, slots: impl Iterator<Item = u32>) -> Result<(), Error> {
+    fn watch(
+        &mut self,
+        shown: &Shown<'_>,
+        copies: &Copies,
+        loops: &mut Loops,
+        slots: impl Iterator<Item = u32>,
+    ) -> Result<(), Error> {
         self.watched.clear();
         let (reader, selection) = (shown.tree.reader(), &shown.selection);
         let mut is_wanted = crate::extra::Bits::default();
         for slot in slots.filter_map(|s| self.slots.get(s as usize)) {
-            for &vertex in self.counter.boundary(&reader, &slot.subtree)? {
-                if !selection.draws(&reader, vertex) {
-                    self.copies.each(shown.tree, vertex, |copy| {
+            reader.read_loops(&slot.subtree, loops)?;
+            for &vertex in &loops.vertices {
+                // With one copy all of them are wanted.
+                if !selection.draws(&reader, vertex) && !is_wanted.has(vertex) {
+                    copies.each(shown.tree, vertex, |copy| {
                         is_wanted.add(copy);
                     });
                 }
             }
         }
+        if is_wanted.is_empty() {
+            return Ok(());
+        }
         for number in 0..self.slots.len() {
             let Some(slot) = self.slots.get(number).filter(|slot| slot.is_drawn) else { continue };
             if let Child::Node(_) = slot.subtree.child.kind() {
-                for &vertex in self.counter.boundary(&reader, &slot.subtree)? {
+                reader.read_loops(&slot.subtree, loops)?;
+                for &vertex in &loops.vertices {
                     if is_wanted.has(vertex) {
                         enter(&mut self.watched, &self.slots, vertex, number as u32);
                     }
@@ -249,6 +275,8 @@ impl Front {
     fn split(
         &mut self,
         shown: &mut Shown<'_>,
+        copies: &Copies,
+        work: &mut Work,
         candidate: Candidate,
         budget: Budget,
         room: u64,
@@ -256,33 +284,33 @@ impl Front {
         let Some(&old) = self.slots.get(candidate.slot as usize) else { return Ok(None) };
         let reader = shown.tree.reader();
         let children = reader.children(&old.subtree)?;
-        self.find_added(shown, &children, candidate.key)?;
+        work.find_added(shown, copies, &children, candidate.key)?;
         let counts_triangles = matches!(budget, Budget::Triangles(_));
         let mut change = -1;
         if counts_triangles {
-            self.find_touched(candidate.slot);
-            change = -(self.count(&reader, shown, &[old])? + self.count_touched(&reader, shown)?);
+            work.find_touched(self, candidate.slot);
+            change = -work.count(&reader, &shown.selection, &[old], &self.slots)?;
         }
         let extra = &mut shown.selection.extra;
         extra.nodes.add(candidate.node);
-        for &vertex in &self.added {
+        for &vertex in &work.added {
             extra.vertices.add(vertex);
         }
-        let mut pieces = std::mem::take(&mut self.pieces);
-        pieces.clear();
-        self.stack.clear();
-        self.stack.extend(children.iter().rev().map(|child| (*child, old.inside)));
-        self.add_pieces(&reader, shown, &mut pieces)?;
+        work.pieces.clear();
+        work.stack.clear();
+        work.stack.extend(children.iter().rev().map(|child| (*child, old.inside)));
+        add_pieces(&reader, shown, &mut work.stack, &mut work.pieces)?;
+        let pieces = std::mem::take(&mut work.pieces);
         change += if counts_triangles {
-            self.count(&reader, shown, &pieces)? + self.count_touched(&reader, shown)?
+            work.count(&reader, &shown.selection, &pieces, &self.slots)?
         } else {
             pieces.len() as i64
         };
-        self.pieces = pieces;
+        work.pieces = pieces;
         if change > 0 && change as u64 > room {
             let extra = &mut shown.selection.extra;
             extra.nodes.remove(candidate.node);
-            for &vertex in &self.added {
+            for &vertex in &work.added {
                 extra.vertices.remove(vertex);
             }
             return Ok(None);
@@ -291,23 +319,59 @@ impl Front {
             slot.is_drawn = false;
         }
         self.last_split = self.slots.len();
-        self.slots.extend(&self.pieces);
+        self.slots.extend(&work.pieces);
         if counts_triangles {
-            self.enter_from(&reader, shown, self.last_split)?;
+            self.enter_from(&reader, shown, &mut work.loops, self.last_split)?;
         }
         Ok(Some(change))
     }
 
+    /// Enters the clusters of the slots from one on with the vertices on their boundaries.
+    fn enter_from(
+        &mut self,
+        reader: &Reader<'_>,
+        shown: &Shown<'_>,
+        loops: &mut Loops,
+        first: usize,
+    ) -> Result<(), Error> {
+        for number in first..self.slots.len() {
+            let Some(slot) = self.slots.get(number) else { continue };
+            if let Child::Node(_) = slot.subtree.child.kind() {
+                reader.read_loops(&slot.subtree, loops)?;
+                for &vertex in &loops.vertices {
+                    if !shown.selection.draws(reader, vertex) {
+                        enter(&mut self.watched, &self.slots, vertex, number as u32);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Work {
     /// Finds the vertices that a split adds to those that are drawn.
-    fn find_added(&mut self, shown: &Shown<'_>, children: &[Subtree; 2], key: f32) -> Result<(), Error> {
+    fn find_added(
+        &mut self,
+        shown: &Shown<'_>,
+        copies: &Copies,
+        children: &[Subtree; 2],
+        key: f32,
+    ) -> Result<(), Error> {
         let Shown { tree, selection } = shown;
         let reader = tree.reader();
         let needed = self
             .corners
             .of_split(&reader, children, selection.order, key, |v| selection.draws(&reader, v))?;
+        // One of many copies stands for all of them: they are drawn together.
+        self.needed.clear();
+        let missing = needed.iter().filter(|v| !selection.draws(&reader, **v));
+        self.needed.extend(missing.map(|v| tree.original(*v)));
+        self.needed.sort_unstable();
+        self.needed.dedup();
         self.added.clear();
-        for &vertex in needed {
-            self.copies.each(tree, vertex, |copy| {
+        for &vertex in &self.needed {
+            copies.each(tree, vertex, |copy| {
                 if !selection.draws(&reader, copy) {
                     self.added.push(copy);
                 }
@@ -319,47 +383,60 @@ impl Front {
     }
 
     /// Finds the clusters, other than the one that is split, that get more corners by that.
-    fn find_touched(&mut self, split: u32) {
+    fn find_touched(&mut self, front: &Front, split: u32) {
         self.touched.clear();
-        let is_drawn = |s: &u32| *s != split && self.slots.get(*s as usize).is_some_and(|slot| slot.is_drawn);
-        for around in self.added.iter().filter_map(|vertex| self.watched.get(vertex)) {
+        let is_drawn =
+            |s: &u32| *s != split && front.slots.get(*s as usize).is_some_and(|slot| slot.is_drawn);
+        for around in self.added.iter().filter_map(|vertex| front.watched.get(vertex)) {
             self.touched.extend(around.iter().copied().filter(is_drawn));
         }
         self.touched.sort_unstable();
         self.touched.dedup();
     }
 
-    /// Counts the triangles of clusters as the selection is now.
-    fn count(&mut self, reader: &Reader<'_>, shown: &Shown<'_>, slots: &[Slot]) -> Result<i64, Error> {
+    /// Counts the triangles that the split may change, as the selection is now: of the clusters that are drawn for the
+    /// one that is split, and of those around.
+    fn count(
+        &mut self,
+        reader: &Reader<'_>,
+        selection: &Selection,
+        drawn: &[Slot],
+        slots: &[Slot],
+    ) -> Result<i64, Error> {
+        let around = self.touched.iter().filter_map(|s| slots.get(*s as usize));
         let mut sum = 0;
-        for slot in slots {
-            sum += self.counter.subtree(reader, &shown.selection, &slot.subtree)? as i64;
+        for slot in drawn.iter().chain(around) {
+            sum += self.counter.subtree(reader, selection, &slot.subtree)? as i64;
         }
         Ok(sum)
     }
+}
 
-    fn count_touched(&mut self, reader: &Reader<'_>, shown: &Shown<'_>) -> Result<i64, Error> {
-        let mut sum = 0;
-        for slot in self.touched.iter().filter_map(|s| self.slots.get(*s as usize)) {
-            sum += self.counter.subtree(reader, &shown.selection, &slot.subtree)? as i64;
+/// Goes on from the stack to the clusters that are drawn.
+fn add_pieces(
+    reader: &Reader<'_>,
+    shown: &Shown<'_>,
+    stack: &mut Stack,
+    out: &mut Vec<Slot>,
+) -> Result<(), Error> {
+    let mut stats = Stats::default();
+    while let Some((subtree, inside)) = stack.pop() {
+        let slot = Slot { subtree, inside, is_drawn: true };
+        if let Child::Face(_) = subtree.child.kind() {
+            out.push(slot);
+            continue;
         }
-        Ok(sum)
-    }
-
-    /// Enters the clusters of the slots from one on with the vertices on their boundaries.
-    fn enter_from(&mut self, reader: &Reader<'_>, shown: &Shown<'_>, first: usize) -> Result<(), Error> {
-        for number in first..self.slots.len() {
-            let Some(slot) = self.slots.get(number) else { continue };
-            if let Child::Node(_) = slot.subtree.child.kind() {
-                for &vertex in self.counter.boundary(reader, &slot.subtree)? {
-                    if !shown.selection.draws(reader, vertex) {
-                        enter(&mut self.watched, &self.slots, vertex, number as u32);
-                    }
-                }
+        let node = reader.node(&subtree)?;
+        match shown.selection.sight(&subtree, &node, inside, &mut stats) {
+            Sight::Culled => {}
+            Sight::Refined { inside } => {
+                let [left, right] = reader.children(&subtree)?;
+                stack.extend([(right, inside), (left, inside)]);
             }
+            Sight::Drawn => out.push(slot),
         }
-        Ok(())
     }
+    Ok(())
 }
 
 /// Notes that a cluster has a vertex on its boundary, in the place of one that is not drawn any more.

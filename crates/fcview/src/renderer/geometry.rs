@@ -12,6 +12,9 @@ use crate::stats::FrameStats;
 use rayon::prelude::*;
 use std::time::Instant;
 
+/// So many pieces are cut and drawn at a time: each has buffers of its own, and there may be a million instances.
+const MOST_PIECES: usize = 4096;
+
 impl Renderer {
     /// Whether every piece draws all its faces as they stand in the file: then they are cut once for all frames.
     pub(super) fn draws_whole_models(&self, frame: &Frame<'_>) -> bool {
@@ -46,7 +49,13 @@ impl Renderer {
         }
         // Out of the way, so that the rest can be used beside them.
         let mut cuts = std::mem::take(&mut self.cuts);
-        let drawn = self.draw_cuts(&mut cuts, frame, pieces, ends, clock, stats);
+        let last = pieces.len().div_ceil(MOST_PIECES).max(1) - 1;
+        let drawn = (0..=last).try_for_each(|number| {
+            let first = number * MOST_PIECES;
+            let some = pieces.get(first..pieces.len().min(first + MOST_PIECES)).unwrap_or(&[]);
+            let ends = Ends { first: ends.first && number == 0, last: ends.last && number == last };
+            self.draw_cuts(&mut cuts, frame, some, ends, clock, stats)
+        });
         self.cuts = cuts;
         drawn
     }
