@@ -81,15 +81,26 @@ impl<'a> Seen<'a> {
 impl Criterion for Seen<'_> {
     #[inline]
     fn sight(&self, page: &Page<'_>, branch: &Branch, inside: bool, stats: &mut Stats) -> Option<Sight> {
-        if !self.culls {
-            let key = self.selection.order.of(page.keys(branch)?).rank();
-            let is_refined = key >= self.refined;
-            if is_refined || key < self.drawn {
-                stats.nodes_visited += 1;
-                return Some(if is_refined { Sight::Refined { inside } } else { Sight::Drawn });
+        stats.nodes_visited += 1;
+        let mut inside = inside;
+        if self.culls {
+            match self.selection.shows(&page.node(branch)?, branch.face_count(), inside, stats) {
+                Some(is_inside) => inside = is_inside,
+                None => return Some(Sight::Culled),
             }
         }
-        Criterion::sight(self.selection, page, branch, inside, stats)
+        let key = self.selection.order.of(page.keys(branch)?).rank();
+        let is_refined = key >= self.refined
+            || key >= self.drawn && {
+                let node = page.node(branch)?;
+                let key = f64::from(self.selection.order.of_node(&node));
+                self.view.is_exceeded(
+                    key,
+                    DVec3::from_array(node.center.map(f64::from)),
+                    f64::from(node.radius),
+                )
+            };
+        Some(if is_refined { Sight::Refined { inside } } else { Sight::Drawn })
     }
 
     #[inline]

@@ -76,13 +76,22 @@ impl Selection {
     #[inline]
     pub(crate) fn sight(&self, subtree: &Subtree, node: &Node, inside: bool, stats: &mut Stats) -> Sight {
         stats.nodes_visited += 1;
+        let Some(inside) = self.shows(node, subtree.face_count(), inside, stats) else {
+            return Sight::Culled;
+        };
+        if self.refines_node(subtree.child, node) { Sight::Refined { inside } } else { Sight::Drawn }
+    }
+
+    /// Whether a node of so many faces lies inside the frustum as a whole; none if nothing of it shows, which is counted.
+    #[inline]
+    pub(crate) fn shows(&self, node: &Node, faces: u32, inside: bool, stats: &mut Stats) -> Option<bool> {
         let mut inside = inside;
         if let Some(frustum) = self.frustum.as_ref().filter(|_| !inside) {
             match frustum.classify_sphere(&sphere_of(node)) {
                 Containment::Outside => {
                     stats.culled_frustum += 1;
-                    stats.faces_culled += u64::from(subtree.face_count());
-                    return Sight::Culled;
+                    stats.faces_culled += u64::from(faces);
+                    return None;
                 }
                 Containment::Inside => inside = true,
                 Containment::Crossing => {}
@@ -92,10 +101,10 @@ impl Selection {
             let cone = Cone { axis: node.axis().into(), cos: node.cos() };
             if cone.is_backfacing(&sphere_of(node), eye) {
                 stats.culled_cone += 1;
-                stats.faces_culled += u64::from(subtree.face_count());
-                return Sight::Culled;
+                stats.faces_culled += u64::from(faces);
+                return None;
             }
         }
-        if self.refines_node(subtree.child, node) { Sight::Refined { inside } } else { Sight::Drawn }
+        Some(inside)
     }
 }
