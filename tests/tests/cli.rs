@@ -252,6 +252,22 @@ fn repairs_are_counted_and_told() {
 }
 
 #[test]
+fn nothing_is_exported_from_a_damaged_file() {
+    let folder = folder();
+    let path = folder.path().join("good.fct");
+    let vertices = &info(folder.path(), "good.fct")["sections"]["VERT"]["offset"];
+    let mut bytes = fs::read(&path).expect("a tree");
+    bytes[vertices.as_u64().expect("a number") as usize + 3] ^= 1;
+    fs::write(&path, bytes).expect("writable");
+    refuse(
+        folder.path(),
+        "fct export good.fct -o x.ply",
+        7,
+        &["FC721", "good.fct", "section VERT", "damaged"],
+    );
+}
+
+#[test]
 fn verify_says_in_json_what_is_wrong() {
     let folder = folder();
     let path = folder.path().join("good.fct");

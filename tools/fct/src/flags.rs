@@ -68,6 +68,9 @@ that is printed is the largest among the clusters. --error, --eye and --ortho
 choose clusters by it; --triangles and --clusters spend their budget by the mean
 error, and --epsilon holds the mean error, so that their bound is loose.
 
+The hashes of the whole file are checked first, and nothing is made of damaged
+bytes; `fct verify` checks every rule besides.
+
 --force replaces meshes that fct has written; any other file stays.
 
 Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid

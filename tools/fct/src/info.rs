@@ -19,10 +19,14 @@ pub(crate) fn to_text(tree: &Tree) -> String {
         let _ = writeln!(text, "  {name:10} {value}");
     };
     line("format", format!("fct {}.{}, {} bytes", header.major, header.minor, grouped(header.file_len)));
-    line("made by", format!("{} (--split {}, --weld {})", meta.generator, meta.split, meta.weld));
+    let [generator, split, weld] = [&meta.generator, &meta.split, &meta.weld].map(|text| printable(text));
+    line("made by", format!("{generator} (--split {split}, --weld {weld})"));
     line("made of", printable(&meta.source));
-    let dropped: Vec<_> =
-        meta.dropped.iter().map(|(why, n)| format!(", {} dropped: {why}", grouped(*n))).collect();
+    let dropped: Vec<_> = meta
+        .dropped
+        .iter()
+        .map(|(why, n)| format!(", {} dropped: {}", grouped(*n), printable(why)))
+        .collect();
     line(
         "faces",
         format!(
@@ -125,11 +129,18 @@ pub(crate) fn to_json(tree: &Tree) -> String {
     format!("{object:#}")
 }
 
-/// A text from a file without what would steer the terminal.
+/// Characters of a text from a file that are shown; the JSON form has them all.
+const SHOWN: usize = 200;
+
+/// A text from a file without what would steer the terminal, turn its direction or flood it.
 fn printable(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        if c.is_control() {
+    let mut out = String::new();
+    for (number, c) in text.chars().enumerate() {
+        if number == SHOWN {
+            out.push_str("...");
+            break;
+        }
+        if c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') {
             out.extend(c.escape_default());
         } else {
             out.push(c);
@@ -140,10 +151,12 @@ fn printable(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::printable;
+    use super::{SHOWN, printable};
 
     #[test]
     fn a_name_cannot_steer_the_terminal() {
         assert_eq!(printable("ear \u{1b}[2J\nÄ"), "ear \\u{1b}[2J\\nÄ");
+        assert_eq!(printable("a\u{202e}b"), "a\\u{202e}b");
+        assert_eq!(printable(&"Ä".repeat(1 << 20)), "Ä".repeat(SHOWN) + "...");
     }
 }

@@ -40,10 +40,18 @@ pub struct Verified {
     pub content_id: u128,
 }
 
+/// Hashes, padding and vertices: what damage changes, and what a walk does not look at.
+pub(crate) fn check_bytes(tree: &Tree) -> Result<(), Error> {
+    let check = || {
+        bytes::check(tree)?;
+        values::check_vertices(tree.vertices())
+    };
+    check().map_err(|v| v.at(tree.path()))
+}
+
 pub(crate) fn verify(tree: &Tree) -> Result<Verified, Error> {
     let path = tree.path();
-    bytes::check(tree).map_err(|v| v.at(path))?;
-    values::check_vertices(tree.vertices()).map_err(|v| v.at(path))?;
+    check_bytes(tree)?;
     attached::check_weld(tree).map_err(|v| v.at(path))?;
     let reader = tree.reader();
     pages::check(&reader).map_err(|v| v.at(path))?;

@@ -102,6 +102,8 @@ pub(crate) fn run(settings: &Settings) -> Result<(Vec<Exported>, Option<String>)
     // The main thread keeps the temporaries, to remove them when a signal comes; the job's thread ends with the process.
     let job = settings.clone();
     let exported = interrupt.wait_for(thread::Builder::new().name("export".to_owned()), move || {
+        // A mesh outlives its tree, and its bound is a promise: neither may come from damaged bytes.
+        tree.check_bytes()?;
         let outputs = job.outputs.iter().zip(&files);
         outputs.map(|(output, file)| write(&tree, &job, output, file)).collect::<Result<Vec<_>, Error>>()
     })??;
