@@ -193,6 +193,26 @@ fn a_budget_below_the_coarsest_mesh_is_refused_with_what_there_is() {
 }
 
 /// Where the surface had to be cut is told, and is no mesh for `--strict`.
+/// A disc has no corner until a split registers many at once.
+#[test]
+fn a_budget_that_no_split_comes_near_is_told() {
+    let folder = folder();
+    let angle = |i: i32| std::f64::consts::TAU * f64::from(i) / 256.0;
+    let rim: Vec<_> = (0..256).map(|i| format!("v {} {} 0\n", angle(i).cos(), angle(i).sin())).collect();
+    let corners: Vec<_> = (1..=256).map(|i| i.to_string()).collect();
+    let disc = format!("{}f {}\n", rim.concat(), corners.join(" "));
+    fs::write(folder.path().join("disc.obj"), disc).expect("writable");
+    accept(folder.path(), "fcbuild disc.obj -o p.fct --split paper");
+    let export = "fct --message-format json export p.fct --json -o";
+    for (triangles, is_missed) in [(20, true), (254, false)] {
+        let said = accept(folder.path(), &format!("{export} {triangles}.ply --triangles {triangles}"));
+        let mesh: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+        let mesh = &mesh["meshes"][0];
+        assert_eq!(said.err.contains("FC352"), is_missed, "{mesh} {}", said.err);
+        assert_eq!(mesh["next"].as_u64().is_some_and(|next| next > 20), is_missed, "{mesh}");
+    }
+}
+
 #[test]
 fn seams_are_repairs() {
     let folder = folder();

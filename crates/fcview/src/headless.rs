@@ -10,7 +10,7 @@ use crate::orbit::{Orbit, fly};
 use crate::recovery::Misfortune;
 use crate::scene::{Model, Scene};
 use crate::stats::{
-    AdapterStats, ModelStats, RunStats, SettingStats, coarser_in_words, counted, median_total,
+    AdapterStats, ModelStats, RunStats, SettingStats, coarser_in_words, counted, grouped, median_total,
 };
 use crate::steering::Steering;
 use crate::{Error, FrameStats, Gpu, Survivor};
@@ -187,6 +187,21 @@ pub fn memory_warning(run: &RunStats) -> Option<String> {
     let frames = counted(coarser.len() as u64, "frame");
     let how = coarser_in_words(most);
     Some(format!("{what} does not hold the vertices of {frames}, at the worst drawn {how}{remedy}"))
+}
+
+/// What to tell a user whose budget of triangles not even the coarsest meshes keep to; `None` where they do.
+pub fn budget_warning(run: &RunStats) -> Option<String> {
+    let over: Vec<u64> = run
+        .frames
+        .iter()
+        .filter_map(|frame| frame.budget.filter(|b| !b.within).map(|b| b.selected))
+        .collect();
+    let most = over.iter().max()?;
+    let frames = counted(over.len() as u64, "frame");
+    Some(format!(
+        "--triangles is less than the coarsest meshes of {frames} have: {} at the most",
+        grouped(*most)
+    ))
 }
 
 /// A device without a display; where there is none, the error says whether the environment is why.

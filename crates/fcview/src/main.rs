@@ -55,6 +55,9 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
     if let Some(text) = headless::memory_warning(&outcome.stats) {
         warn(&text);
     }
+    if let Some(text) = headless::budget_warning(&outcome.stats) {
+        warn(&text);
+    }
     let mut out = std::io::stdout().lock();
     let mut lines =
         outcome.written.iter().map(|path| format!("wrote {}", path.display())).collect::<Vec<_>>();

@@ -351,6 +351,19 @@ fn every_member_of_the_stats_is_in_the_documentation() {
 }
 
 #[test]
+fn a_budget_below_the_coarsest_mesh_is_said_once() {
+    model::gpu();
+    let folder = folder();
+    for (triangles, over) in [(1, true), (2000, false)] {
+        let words = format!("torus.fct --headless --size 64x48 --frames 3 --triangles {triangles}");
+        let output = fcview(folder.path(), &words);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{said}");
+        assert_eq!(said.matches("the coarsest meshes of 3 frames").count(), usize::from(over), "{said}");
+    }
+}
+
+#[test]
 fn too_little_memory_for_vertices_is_said_once_or_refused() {
     model::gpu();
     let folder = folder();

@@ -71,6 +71,9 @@ fn run(flags: &Flags) -> Result<(), Error> {
             if let Some(note) = note {
                 tell(&message::warning_line(format, &settings.input, "FC351", "large_error", &note));
             }
+            for missed in done.iter().filter_map(export::Exported::missed) {
+                tell(&message::warning_line(format, &settings.input, "FC352", "missed_budget", &missed));
+            }
             if flags.json {
                 return print(&export::to_json(&settings.input, &done));
             }

@@ -52,6 +52,9 @@ pub struct Fitted {
     pub count: u64,
     /// Whether that is within the budget; not if even the coarsest meshes are over it.
     pub within: bool,
+    /// How many there would be with the smallest of the splits that did not fit, about; `None` where none was tried in
+    /// vain. Far above the budget where the tree has splits that bring much at once.
+    pub next: Option<u64>,
     /// By how much the tolerances were multiplied; 0 where everything is drawn in full, infinite for the coarsest cut.
     pub factor: f64,
 }
@@ -100,10 +103,14 @@ impl Fitter {
         for one in shown.iter_mut() {
             one.selection.tolerance = one.selection.tolerance.scaled(found.factor);
         }
-        let mut fitted =
-            Fitted { count: found.count, within: found.count <= budget.wanted(), factor: found.factor };
+        let mut fitted = Fitted {
+            count: found.count,
+            within: found.count <= budget.wanted(),
+            next: None,
+            factor: found.factor,
+        };
         if fitted.within && fitted.factor > 0.0 {
-            fitted.count = self.rest.spend(shown, &shape, budget, found.count)?;
+            (fitted.count, fitted.next) = self.rest.spend(shown, &shape, budget, found.count)?;
         }
         Ok(fitted)
     }

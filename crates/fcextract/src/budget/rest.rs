@@ -47,7 +47,8 @@ struct Candidate {
 }
 
 impl Rest {
-    /// Refines nodes as long as one fits; returns what is drawn then, of which `count` is drawn already.
+    /// Refines nodes as long as one fits; returns what is drawn then, of which `count` is drawn already, and what would be
+    /// with the smallest of the splits that did not fit.
     ///
     /// `shape` are the tolerances by which nodes are ordered.
     pub(super) fn spend(
@@ -56,8 +57,9 @@ impl Rest {
         shape: &[Tolerance],
         budget: Budget,
         mut count: u64,
-    ) -> Result<u64, Error> {
+    ) -> Result<(u64, Option<u64>), Error> {
         let wanted = budget.wanted();
+        let mut smallest: Option<u64> = None;
         self.begin(shown, shape)?;
         let mut failed = 0;
         while count < wanted {
@@ -76,18 +78,21 @@ impl Rest {
                 continue;
             };
             match front.split(one, copies, &mut self.work, candidate, budget, wanted - count)? {
-                Some(change) => {
+                Change::Made(change) => {
                     count = count.saturating_add_signed(change);
                     self.fresh.extend(front.candidates_from(one, shape, candidate.of, front.last_split)?);
                     failed = 0;
                 }
-                None => failed += 1,
+                Change::TooLarge(change) => {
+                    smallest = Some(smallest.map_or(change, |so_far| so_far.min(change)));
+                    failed += 1;
+                }
             }
             if failed >= PATIENCE && wanted - count <= NEARLY {
                 break;
             }
         }
-        Ok(count)
+        Ok((count, smallest.map(|change| count.saturating_add(change))))
     }
 
     /// Finds all nodes of the cuts.
@@ -191,6 +196,13 @@ struct Work {
     touched: Vec<u32>,
 }
 
+/// What a split changes in what is counted.
+enum Change {
+    Made(i64),
+    /// There is no room for so many more, and all is as it was.
+    TooLarge(u64),
+}
+
 /// A cluster of the cut, or one that was.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
@@ -271,7 +283,7 @@ impl Front {
         Ok(())
     }
 
-    /// Splits a cluster if there is room for it; returns the change in what is counted.
+    /// Splits a cluster if there is room for it.
     fn split(
         &mut self,
         shown: &mut Shown<'_>,
@@ -280,8 +292,10 @@ impl Front {
         candidate: Candidate,
         budget: Budget,
         room: u64,
-    ) -> Result<Option<i64>, Error> {
-        let Some(&old) = self.slots.get(candidate.slot as usize) else { return Ok(None) };
+    ) -> Result<Change, Error> {
+        let Some(&old) = self.slots.get(candidate.slot as usize) else {
+            return Ok(Change::TooLarge(u64::MAX));
+        };
         let reader = shown.tree.reader();
         let children = reader.children(&old.subtree)?;
         work.find_added(shown, copies, &children, candidate.key)?;
@@ -313,7 +327,7 @@ impl Front {
             for &vertex in &work.added {
                 extra.vertices.remove(vertex);
             }
-            return Ok(None);
+            return Ok(Change::TooLarge(change as u64));
         }
         if let Some(slot) = self.slots.get_mut(candidate.slot as usize) {
             slot.is_drawn = false;
@@ -323,7 +337,7 @@ impl Front {
         if counts_triangles {
             self.enter_from(&reader, shown, &mut work.loops, self.last_split)?;
         }
-        Ok(Some(change))
+        Ok(Change::Made(change))
     }
 
     /// Enters the clusters of the slots from one on with the vertices on their boundaries.

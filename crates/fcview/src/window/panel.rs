@@ -199,6 +199,10 @@ impl Panel {
             let text = format!("graphics memory is full: {}", coarser_in_words(coarser));
             ui.label(RichText::new(text).color(ui.visuals().warn_fg_color));
         }
+        if self.stats.budget.is_some_and(|budget| !budget.within) {
+            let text = "the coarsest meshes have more triangles";
+            ui.label(RichText::new(text).color(ui.visuals().warn_fg_color));
+        }
     }
 
     fn switches(&mut self, ui: &mut Ui) {

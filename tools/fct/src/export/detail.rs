@@ -115,7 +115,10 @@ pub(crate) fn select(
     Ok(selection)
 }
 
-/// The same for a budget.
+/// A budget is met when no more than this is left of it.
+const NEARLY: u64 = 4;
+
+/// The same for a budget, with the number that the next split would take where the budget is missed by far.
 ///
 /// # Errors
 /// As [`select`], and a limit when not even the coarsest mesh is within the budget; `path` is the tree's.
@@ -125,7 +128,7 @@ pub(crate) fn select_within(
     eye: Option<[f64; 3]>,
     path: &Path,
     cut: &mut Extraction,
-) -> Result<Selection, Error> {
+) -> Result<(Selection, Option<u64>), Error> {
     let mut shape = Selection::by_budget();
     if let Some(eye) = eye {
         shape.tolerance = Scale::Eye { eye, slope: 1.0 }.tolerance(tree);
@@ -136,7 +139,8 @@ pub(crate) fn select_within(
     };
     let (selection, fitted) = fit(tree, shape, budget, cut)?;
     if fitted.within {
-        return Ok(selection);
+        let missed = fitted.next.filter(|_| asked - fitted.count > NEARLY);
+        return Ok((selection, missed));
     }
     // The other order keeps other vertices, and its coarsest mesh may be smaller.
     let coarsest = Selection::uniform(f64::INFINITY, Order::Bound);
@@ -146,7 +150,7 @@ pub(crate) fn select_within(
         Budget::Clusters(_) => cut.stats.clusters,
     };
     if count <= asked {
-        return Ok(coarsest);
+        return Ok((coarsest, None));
     }
     Err(Error::Budget { path: path.to_owned(), things, asked, found: fitted.count.min(count) })
 }

@@ -9,7 +9,7 @@ mod ply;
 
 use crate::SCHEMA;
 use crate::error::Error;
-use crate::grouped::counted;
+use crate::grouped::{counted, grouped};
 pub(crate) use detail::{Ball, Detail, Scale};
 use fcextract::{Budget, Extraction};
 use fct::{Interrupt, Tree};
@@ -67,6 +67,8 @@ pub(crate) struct Exported {
     output: PathBuf,
     /// The number asked for, if one was.
     asked: Option<u64>,
+    /// The number that the next split would take, where the one asked for is missed by far.
+    next: Option<u64>,
     triangles: u64,
     vertices: u64,
     clusters: u64,
@@ -119,11 +121,11 @@ fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
 /// Selects, and writes the mesh into `file`.
 fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Result<Exported, Error> {
     let mut cut = Extraction::default();
-    let selection = match (&settings.detail, output.budget) {
+    let (selection, next) = match (&settings.detail, output.budget) {
         (Detail::Budgets(_, eye), Some(budget)) => {
             detail::select_within(tree, budget, *eye, &settings.input, &mut cut)?
         }
-        (detail, _) => detail::select(tree, detail, &settings.regions, &mut cut)?,
+        (detail, _) => (detail::select(tree, detail, &settings.regions, &mut cut)?, None),
     };
     let mesh = Mesh::new(tree, &cut, &selection)?;
     if mesh.triangles().is_empty() {
@@ -139,6 +141,7 @@ fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Resu
     Ok(Exported {
         output: output.path.clone(),
         asked: output.budget.map(|(Budget::Triangles(n) | Budget::Clusters(n))| n),
+        next,
         triangles: mesh.triangles().len() as u64,
         vertices: mesh.buffers.positions.len() as u64,
         clusters: cut.stats.clusters,
@@ -160,6 +163,7 @@ pub(crate) fn to_json(tree: &Path, done: &[Exported]) -> String {
             json!({
                 "path": mesh.output.to_string_lossy(),
                 "asked": mesh.asked,
+                "next": mesh.next,
                 "triangles": mesh.triangles,
                 "vertices": mesh.vertices,
                 "clusters": mesh.clusters,
@@ -174,6 +178,20 @@ pub(crate) fn to_json(tree: &Path, done: &[Exported]) -> String {
         })
         .collect();
     format!("{:#}", json!({ "schema": SCHEMA, "input": tree.to_string_lossy(), "meshes": meshes }))
+}
+
+impl Exported {
+    /// What to tell a user whose budget is missed by far.
+    pub(crate) fn missed(&self) -> Option<String> {
+        let (asked, next) = (self.asked?, self.next?);
+        Some(format!(
+            "{} ends far below the {} asked for, since no split fits that is left: the smallest takes about {}; a \
+             tree of --split quality has smaller steps",
+            self.output.display(),
+            grouped(asked),
+            grouped(next)
+        ))
+    }
 }
 
 impl fmt::Display for Exported {
