@@ -21,6 +21,9 @@ const VERSION: u32 = 1;
 /// The most bytes of a file: some three hundred thousand keys, hours of recording.
 const MOST_BYTES: u64 = 64 << 20;
 
+/// Larger coordinates and times, and their squares, come near the end of the range of numbers.
+const MOST: f64 = 1e100;
+
 /// A camera at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathKey {
@@ -66,13 +69,23 @@ impl PathKey {
     /// The key as a point of the curve, or what is wrong with it.
     fn point(&self) -> Result<[f64; 8], &'static str> {
         let eye = DVec3::from_array(self.eye);
-        if !(eye.is_finite() && self.seconds.is_finite()) {
+        let numbers = eye.to_array().into_iter().chain(self.forward).chain(self.up).chain([self.seconds]);
+        if numbers.into_iter().any(|x| !x.is_finite()) {
             return Err("a number that is not finite");
         }
-        let Some(forward) = DVec3::from_array(self.forward).try_normalize() else {
+        if eye.abs().max_element() > MOST || self.seconds.abs() > MOST {
+            return Err("a number beyond 1e100");
+        }
+        // Scaled first, since squares of large numbers are infinite.
+        let direction = |v: [f64; 3]| {
+            let v = DVec3::from_array(v);
+            (v / v.abs().max_element()).try_normalize()
+        };
+        let Some(forward) = direction(self.forward) else {
             return Err("a `forward` that is zero");
         };
-        let Some(right) = forward.cross(DVec3::from_array(self.up)).try_normalize() else {
+        let up = direction(self.up).unwrap_or(DVec3::ZERO);
+        let Some(right) = forward.cross(up).try_normalize() else {
             return Err("an `up` that is zero or along `forward`");
         };
         if !(1.0..=170.0).contains(&self.fov) {
@@ -104,7 +117,9 @@ impl CameraPath {
             }
             points.push(point);
         }
-        if let Some(number) = keys.windows(2).position(|pair| pair[0].seconds >= pair[1].seconds) {
+        // Differences over shorter times would leave the range of numbers.
+        if let Some(number) = keys.windows(2).position(|pair| pair[1].seconds - pair[0].seconds < 1.0 / MOST)
+        {
             return Err(format!("key {} is not later than the one before it", number + 1));
         }
         Ok(CameraPath { keys, points })
@@ -341,14 +356,20 @@ mod tests {
             (one(&good.replace("40", "0")), "fov"),
             (one(&good.replace("40", "1e999")), "out of range"),
             (one(&format!("{good},{good}")), "key 1 is not later"),
+            (one(&good.replace("eye\":[0", "eye\":[1e300")), "beyond 1e100"),
+            (one(&good.replace("\"seconds\":0", "\"seconds\":-1e300")), "beyond 1e100"),
+            (one(&format!("{good},{}", good.replace("\"seconds\":0", "\"seconds\":1e-300"))), "not later"),
         ] {
             std::fs::write(&file, &text).unwrap();
             let error = CameraPath::read(&file).expect_err(&text);
             assert_eq!((error.code(), error.exit_code()), ("FC224", 3), "{error}");
             assert!(error.to_string().contains(part) && error.to_string().contains("a.json"), "{error}");
         }
-        std::fs::write(&file, one(good)).unwrap();
-        assert!(CameraPath::read(&file).is_ok());
+        for good in [good, &good.replace("[0,0,-1]", "[0,0,-1e300]").replace("[0,1,0]", "[0,1e-300,0]")] {
+            std::fs::write(&file, one(good)).unwrap();
+            let camera = CameraPath::read(&file).unwrap().camera(0.0);
+            assert!(camera.forward.distance(DVec3::NEG_Z) < 1e-9, "{camera:?}");
+        }
         assert_eq!(CameraPath::read(&folder.path().join("gone.json")).unwrap_err().exit_code(), 4);
         assert_eq!(CameraPath::read(folder.path()).unwrap_err().exit_code(), 4);
     }

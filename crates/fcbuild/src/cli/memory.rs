@@ -93,8 +93,15 @@ pub(crate) fn default_limit() -> Option<u64> {
         // "max" and what else is no number is no limit.
         fs::read_to_string(file).ok()?.trim().parse::<u64>().ok()
     });
-    let smallest = of_group.chain(of_machine).min()?;
+    let of_process = address_space(&fs::read_to_string("/proc/self/limits").unwrap_or_default());
+    let smallest = of_group.chain(of_machine).chain(of_process).min()?;
     Some((smallest as f64 * DEFAULT_SHARE) as u64)
+}
+
+/// The bytes in the line `Max address space` of `/proc/self/limits`, the softer of the two; `unlimited` is none.
+fn address_space(limits: &str) -> Option<u64> {
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 /// The highest resident size of this process so far; `None` where the system does not tell.
@@ -152,6 +159,16 @@ mod tests {
         let status = "Name:\tfcbuild\nVmPeak:\t  99 kB\nVmHWM:\t    1234 kB\n";
         assert_eq!(kilobytes_after(status, "VmHWM:"), Some(1234 * 1024));
         assert_eq!(kilobytes_after(status, "VmSwap:"), None);
+    }
+
+    #[test]
+    fn the_limit_on_the_address_space_counts() {
+        let line = |soft: &str| {
+            format!("Max processes 9 9 processes\nMax address space     {soft}    unlimited     bytes\n")
+        };
+        assert_eq!(address_space(&line("102400000")), Some(102_400_000));
+        assert_eq!(address_space(&line("unlimited")), None);
+        assert_eq!(address_space(""), None);
     }
 
     #[test]

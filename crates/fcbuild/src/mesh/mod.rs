@@ -66,7 +66,10 @@ impl Mesh {
                 "FC290",
                 "no face is left after repair: all were degenerate, with a corner twice",
             )
-            .remedy("a welding distance larger than the model does that; try --weld exact"));
+            .remedy(match weld {
+                Weld::Within(_) => "a welding distance larger than the model does that; try --weld exact",
+                Weld::Exact | Weld::Off => "export the mesh again, and see that its corners are apart",
+            }));
         }
         let mut faces: Vec<[u32; 3]> =
             kept.par_iter().map(|&f| triangles[f as usize].map(|v| representative[v as usize])).collect();

@@ -43,12 +43,11 @@ impl Units {
         if triangles.is_empty() {
             (low, high) = (DVec3::ZERO, DVec3::ZERO);
         }
+        let size = (high - low).max_element();
         let origin = match positions {
             Positions::F32(_) => DVec3::ZERO,
-            // Rounded to single precision, so that the sum of origin and position is short in decimal.
-            Positions::F64(_) => ((low + high) * 0.5).as_vec3().as_dvec3(),
+            Positions::F64(_) => short_origin((low + high) * 0.5, size),
         };
-        let size = (high - low).max_element();
         let reach = (low - origin).abs().max((high - origin).abs()).max_element();
         if reach > f64::from(f32::MAX) {
             return Err(too_large());
@@ -87,6 +86,18 @@ impl Units {
     }
 }
 
+/// A place near the middle of a box, rounded to single precision, so that the sum of origin and position is short in
+/// decimal; where that is farther off than the model is wide, to a multiple of about that width.
+fn short_origin(middle: DVec3, size: f64) -> DVec3 {
+    let unit = power_of_two(binary_exponent(size));
+    let short = |x: f64| {
+        let rounded = f64::from(x as f32);
+        let is_near = (x - rounded).abs() <= size || !rounded.is_finite();
+        if is_near { rounded } else { (x / unit).round() * unit }
+    };
+    DVec3::from(middle.to_array().map(short))
+}
+
 /// A model this wide still has all 24 bits of a coordinate's digits above the subnormal numbers, in a box a few times
 /// larger than itself.
 const SMALLEST: f64 = 1e-30;
@@ -110,6 +121,20 @@ fn power_of_two(e: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_double_precision_tells_apart_stays_apart_far_away() {
+        for far in [1e9, 1e15, -3e12] {
+            let places: Vec<[f64; 3]> = (0..4).map(|i| [far + 0.125 * f64::from(i), far, 0.0]).collect();
+            let triangles = [[0, 1, 2], [1, 2, 3]];
+            let (units, stored, _) = Units::normalise(Positions::F64(places.clone()), &triangles).unwrap();
+            for (place, position) in places.iter().zip(stored) {
+                assert_eq!(units.origin + position.as_dvec3(), DVec3::from(*place));
+            }
+        }
+        // Near enough, the origin is short.
+        assert_eq!(short_origin(DVec3::splat(1e6 + 0.3), 1.0), DVec3::splat(f64::from(1_000_000.3_f32)));
+    }
 
     #[test]
     fn exponent_brackets_the_length() {
