@@ -72,6 +72,7 @@ impl Chords<'_> {
             self.enough = self.enough.max(key(0..border.len()));
             return;
         }
+        let mut radius = None;
         for ends in kept.windows(2) {
             let [from, to] = *ends else { continue };
             let highest = key(from + 1..to);
@@ -83,9 +84,20 @@ impl Chords<'_> {
             let off = inner.map(|p| distance_to_segment(place(p), place(a), place(b))).fold(0.0, f64::max);
             let bound = f64::from(bound);
             let reach = if is_slab { bound.hypot(off) } else { bound + off };
+            // Without its corners a polygon may overlap itself: then it is as near as its own vertices are.
+            let reach = reach.max(*radius.get_or_insert_with(|| radius_of(border, records)));
             self.enough = self.enough.max(highest.min(fcgeom::round_up(reach)));
         }
     }
+}
+
+/// The radius of a ball around all vertices of a border: a triangle between some of them has no point farther from its
+/// nearest corner.
+fn radius_of(border: &[u32], records: &[VertexRecord]) -> f64 {
+    let places = || border.iter().filter_map(|v| records.get(*v as usize)).map(place);
+    let low = places().fold(DVec3::INFINITY, DVec3::min);
+    let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
+    places().map(|p| p.distance(0.5 * (low + high))).fold(0.0, f64::max)
 }
 
 fn place(record: &VertexRecord) -> DVec3 {
