@@ -5,7 +5,7 @@
 
 use crate::extraction::Stats;
 use crate::part::Part;
-use crate::{Error, Selection};
+use crate::{Error, Order, Selection};
 use fct::{Loops, Node, Tree, VertexRecord};
 use glam::DVec3;
 
@@ -46,7 +46,7 @@ impl Selection {
 struct Chords<'a> {
     selection: &'a Selection,
     records: &'a [VertexRecord],
-    /// The bound so far: vertices with smaller keys may be left out.
+    /// The bound so far.
     enough: f32,
     /// Places on the border of the vertices that are drawn.
     kept: Vec<usize>,
@@ -77,7 +77,13 @@ impl Chords<'_> {
             let [from, to] = *ends else { continue };
             let highest = key(from + 1..to);
             let Some((a, b)) = record(from).zip(record(to)) else { continue };
-            if highest <= self.enough {
+            if selection.order == Order::Bound {
+                // The corners of a cluster that is drawn are drawn.
+                self.enough = self.enough.max(highest);
+                continue;
+            }
+            // A key above the cluster's bound may be that of a corner that the bound counts on.
+            if highest <= bound {
                 continue;
             }
             let inner = (from + 1..to).filter_map(record);
@@ -86,7 +92,7 @@ impl Chords<'_> {
             let reach = if is_slab { bound.hypot(off) } else { bound + off };
             // Without its corners a polygon may overlap itself: then it is as near as its own vertices are.
             let reach = reach.max(*radius.get_or_insert_with(|| radius_of(border, records)));
-            self.enough = self.enough.max(highest.min(fcgeom::round_up(reach)));
+            self.enough = self.enough.max(fcgeom::round_up(reach));
         }
     }
 }
