@@ -72,8 +72,9 @@ pub struct Cli {
     /// Draw back faces too; switches the test of --no-backface off as well
     #[arg(long)]
     pub two_sided: bool,
-    /// Leave out what other parts hide, without changing a pixel
-    #[arg(long, value_enum, value_name = "exact|off", default_value_t = OcclusionFlag::Exact, hide_possible_values = true)]
+    /// Leave out what other parts hide, without changing a pixel; queries asks the driver even where it is a program, and
+    /// its depth sooner looked at
+    #[arg(long, value_enum, value_name = "exact|queries|off", default_value_t = OcclusionFlag::Exact, hide_possible_values = true)]
     pub occlusion: OcclusionFlag,
     /// Size of the picture or window, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
@@ -132,8 +133,10 @@ pub struct Cli {
 /// `--occlusion`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum OcclusionFlag {
-    /// By occlusion queries.
+    /// By occlusion queries, or a look at the depth where a program draws and that is sooner done.
     Exact,
+    /// By occlusion queries.
+    Queries,
     /// Not at all.
     Off,
 }
@@ -196,6 +199,7 @@ impl Cli {
             two_sided: self.two_sided,
             occlusion: match self.occlusion {
                 OcclusionFlag::Exact => Occlusion::Exact,
+                OcclusionFlag::Queries => Occlusion::Queries,
                 OcclusionFlag::Off => Occlusion::Off,
             },
             color: match self.color {

@@ -231,6 +231,7 @@ fn settings(cli: &Cli, scene: &Scene) -> SettingStats {
         two_sided: cli.two_sided,
         occlusion: match cli.occlusion {
             OcclusionFlag::Exact => "exact",
+            OcclusionFlag::Queries => "queries",
             OcclusionFlag::Off => "off",
         },
         queries: cli.queries,

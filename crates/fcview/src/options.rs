@@ -22,8 +22,12 @@ pub enum Detail {
 /// How hidden parts are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Occlusion {
-    /// By occlusion queries of this frame; the picture is the same as without, pixel for pixel.
+    /// By asking whether bounding polygons would show before what this frame has drawn; the picture is the same as
+    /// without, pixel for pixel. Who answers is whoever is sooner done: occlusion queries of a graphics card, or, where a
+    /// program draws one sample a pixel, a look at its depth.
     Exact,
+    /// The same, by occlusion queries everywhere.
+    Queries,
     /// Not at all.
     Off,
 }
@@ -62,7 +66,8 @@ pub struct FrameOptions {
     /// unless its instance is hidden as a whole. More hide more and cost more.
     pub queries: usize,
     /// Rounds in which a frame is drawn under occlusion culling, nearest pieces first: each asks which of its instances
-    /// and pieces the earlier ones hide, before they are cut. More hide more; each waits for its answers twice.
+    /// and pieces the earlier ones hide, before they are cut. More hide more; each waits
+    /// for its answers twice, or once where the depth is looked at.
     pub rounds: u32,
     /// What colours the surface.
     pub color: ColorMode,
@@ -92,7 +97,7 @@ impl Default for FrameOptions {
             two_sided: false,
             occlusion: Occlusion::Exact,
             queries: 1024,
-            rounds: 8,
+            rounds: 4,
             color: ColorMode::Shaded,
             wireframe: false,
             only_occluders: false,

@@ -10,6 +10,7 @@ pub use census::Census;
 
 use crate::camera::{Camera, View};
 use crate::frame::corners::{Paint, PaintColor};
+use crate::frame::depths::Depths;
 use crate::frame::meshes::Meshes;
 use crate::frame::pieces::Piece;
 use crate::frame::plan::Plan;
@@ -44,7 +45,13 @@ pub struct Renderer {
     /// All faces of the models, by model, for frames that draw them as they are.
     whole: Vec<Option<Place>>,
     whole_indices: Pages,
+    /// Whether the driver is a program on the CPU.
+    software: bool,
     queries: OcclusionQueries,
+    /// The depth drawn so far, and whether anything was drawn since it was read.
+    depths: Depths,
+    depths_are_current: bool,
+    depth_staging: Option<wgpu::Buffer>,
     outlines: Outlines,
     cuts: Meshes,
     fitter: fcextract::Fitter,
@@ -112,6 +119,7 @@ impl Renderer {
             whole_indices: Pages::new("all faces", 4, wgpu::BufferUsages::INDEX),
             corners: Pages::new("corners", size_of::<ClusterVertex>() as u64, wgpu::BufferUsages::VERTEX),
             rows: Pages::new("instances", size_of::<InstanceRow>() as u64, wgpu::BufferUsages::VERTEX),
+            software: gpu.is_software(),
             gpu,
             residency,
             smooth: scene.models.iter().map(|model| model.tree.normals().is_some()).collect(),
@@ -121,6 +129,9 @@ impl Renderer {
             pipelines: None,
             target: None,
             queries: OcclusionQueries::default(),
+            depths: Depths::default(),
+            depths_are_current: false,
+            depth_staging: None,
             outlines: Outlines::new(),
             cuts: Meshes::default(),
             fitter: fcextract::Fitter::default(),
@@ -235,6 +246,7 @@ impl Renderer {
         self.residency.forget();
         self.target = None;
         self.queries = OcclusionQueries::default();
+        self.depth_staging = None;
         self.outlines = Outlines::new();
         for pages in [&mut self.indices, &mut self.corners, &mut self.rows] {
             pages.clear();

@@ -67,10 +67,11 @@ fn scene() -> Scene {
 fn occlusion_culling_changes_no_pixel_and_removes_much() {
     // What lies outside the view has no place in the picture to be asked about.
     let without = FrameOptions { frustum: true, backface: true, ..EVERYTHING };
-    let with = FrameOptions { occlusion: Occlusion::Exact, ..without };
     let scene = Scene::placed(vec![model::torus(160, 80)], 40, 3);
-    let (few, many) = compare(&scene, &with, &without);
-    assert!(few * 10 < many * 8, "{few} of {many} triangles drawn: the queries hide too little");
+    for occlusion in [Occlusion::Exact, Occlusion::Queries] {
+        let (few, many) = compare(&scene, &FrameOptions { occlusion, ..without }, &without);
+        assert!(few * 10 < many * 8, "{few} of {many} triangles drawn: {occlusion:?} hides too little");
+    }
 }
 
 #[test]
@@ -82,6 +83,24 @@ fn occlusion_culling_changes_no_pixel_of_clusters_or_of_smoothed_pictures() {
         let (few, many) = compare(&scene, &with, &without);
         assert!(few < many, "nothing was hidden");
     }
+}
+
+#[test]
+fn a_look_at_the_depth_and_occlusion_queries_find_the_same_hidden() {
+    let options = FrameOptions { frustum: true, occlusion: Occlusion::Exact, ..EVERYTHING };
+    let queries = FrameOptions { occlusion: Occlusion::Queries, ..options };
+    let scene = Scene::placed(vec![model::torus(160, 80)], 40, 3);
+    let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
+    let (mut asked, mut differing) = (0, 0);
+    for camera in cameras(&scene) {
+        let [a, b] = [options, queries].map(|options| renderer.render(&scene, &camera, &options).unwrap());
+        assert_eq!(a.0.differing_pixels(&b.0), Some(0));
+        let [a, b] = [a, b].map(|(_, stats)| stats.counts);
+        asked += a.queries + b.queries;
+        differing += a.batches_culled_occlusion.abs_diff(b.batches_culled_occlusion);
+    }
+    // An answer hangs on a pixel at the edge of a polygon now and then, and where it does the rounds after it differ.
+    assert!(200 * differing <= asked, "{differing} answers of {asked} differ");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! nearer ones hide, divide the others into pieces, ask about those, and cut and draw what is left.
 
 pub(crate) mod corners;
+pub(crate) mod depths;
 pub(crate) mod meshes;
 pub(crate) mod outline;
 pub(crate) mod pieces;

@@ -12,10 +12,12 @@ use super::passes::Ends;
 use super::{Frame, Renderer, lap};
 use crate::Error;
 use crate::frame::pieces::{self, Piece};
-use crate::frame::questions::questions;
+use crate::frame::questions::{Question, questions};
 use crate::gpu::occlusion::PolygonList;
+use crate::gpu::readback;
 use crate::options::Occlusion;
 use crate::stats::FrameStats;
+use rayon::prelude::*;
 use std::time::Instant;
 
 impl Renderer {
@@ -31,10 +33,11 @@ impl Renderer {
         self.drawn.clear();
         self.outlines.clear();
         let rounds = match frame.options.occlusion {
-            Occlusion::Exact => frame.options.rounds.max(1),
+            Occlusion::Exact | Occlusion::Queries => frame.options.rounds.max(1),
             Occlusion::Off => 1,
         };
         let mut waiting = frame.plan.whole(frame.scene);
+        self.depths_are_current = false;
         for round in 0..rounds {
             let first = round == 0;
             let end = if round + 1 == rounds { i32::MAX } else { end_of_round(round, rounds, &waiting) };
@@ -48,6 +51,7 @@ impl Renderer {
                 stats.milliseconds.queries += lap(clock);
             }
             self.draw_pieces(frame, &now, Ends { first, last }, clock, stats)?;
+            self.depths_are_current = false;
             self.drawn.append(&mut now);
             if !last {
                 self.finish_stage(frame.options, "drawing")?;
@@ -101,13 +105,8 @@ impl Renderer {
         pieces: Vec<Piece>,
         stats: &mut FrameStats,
     ) -> Result<Vec<Piece>, Error> {
-        let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else { return Ok(pieces) };
         let asked = questions(frame.scene, frame.view, frame.plan, &pieces);
-        let mut polygons = PolygonList::default();
-        for question in asked.iter().flatten() {
-            polygons.push(question.corners());
-        }
-        let answers = self.queries.visible(&self.gpu, pipelines, target, &polygons)?;
+        let answers = self.answers(frame, &asked)?;
         stats.counts.queries += answers.len() as u64;
         let mut answers = answers.into_iter();
         let mut shown = Vec::with_capacity(pieces.len());
@@ -127,6 +126,30 @@ impl Renderer {
             self.hidden.push(piece);
         }
         Ok(shown)
+    }
+
+    /// Whether the polygons that are asked about may show.
+    fn answers(&mut self, frame: &Frame<'_>, asked: &[Option<Question>]) -> Result<Vec<bool>, Error> {
+        let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else { return Ok(Vec::new()) };
+        let looks = frame.options.occlusion == Occlusion::Exact
+            && self.software
+            && target.samples == 1
+            && self.gpu.copies_depth();
+        if !looks {
+            let mut polygons = PolygonList::default();
+            for question in asked.iter().flatten() {
+                polygons.push(question.corners());
+            }
+            return self.queries.visible(&self.gpu, pipelines, target, &polygons);
+        }
+        if !self.depths_are_current && asked.iter().any(Option::is_some) {
+            let depths = &mut self.depths;
+            readback::depth_rows(&self.gpu, target, &mut self.depth_staging, |rows, row| {
+                depths.fill(target.size, rows, row);
+            })?;
+            self.depths_are_current = true;
+        }
+        Ok(asked.par_iter().flatten().map(|question| self.depths.show(question.corners())).collect())
     }
 }
 

@@ -237,13 +237,17 @@ impl Panel {
             !self.options.two_sided,
             egui::Checkbox::new(&mut self.options.backface, "Normal cone culling"),
         );
-        let mut occlusion = self.options.occlusion == Occlusion::Exact;
+        let mut occlusion = self.options.occlusion != Occlusion::Off;
         ui.horizontal(|ui| {
             ui.checkbox(&mut occlusion, "Occlusion culling");
             ui.add_enabled(occlusion, egui::Checkbox::new(&mut self.options.show_questions, "show it"))
                 .on_hover_text("what occlusion culling asks about: red was hidden, blue may show");
         });
-        self.options.occlusion = if occlusion { Occlusion::Exact } else { Occlusion::Off };
+        self.options.occlusion = match (occlusion, self.options.occlusion) {
+            (false, _) => Occlusion::Off,
+            (true, Occlusion::Off) => Occlusion::Exact,
+            (true, as_asked) => as_asked,
+        };
         ui.checkbox(&mut self.frozen, "Freeze the cut, look from elsewhere");
         ui.horizontal(|ui| {
             ui.checkbox(&mut self.options.two_sided, "Two-sided");
