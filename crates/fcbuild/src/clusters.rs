@@ -73,10 +73,12 @@ impl Clusters for Measurements<'_> {
     }
 
     fn boundary(&self, node: u32, out: &mut Vec<u32>) {
-        out.extend(self.loops.of_node(node as usize).iter().map(|h| {
-            let vertex = self.mesh.origin(h & !LAST);
-            if h & LAST != 0 { vertex | LOOP_END } else { vertex }
-        }));
+        let before = out.len();
+        self.loops.append(node as usize, out);
+        for entry in &mut out[before..] {
+            let vertex = self.mesh.origin(*entry & !LAST);
+            *entry = if *entry & LAST != 0 { vertex | LOOP_END } else { vertex };
+        }
     }
 }
 

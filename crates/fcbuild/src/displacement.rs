@@ -159,6 +159,13 @@ struct Surroundings<'a> {
     shared: Vec<bool>,
 }
 
+/// Memory for the loops of one node: half-edges, and vertices with their heights over its plane.
+#[derive(Default)]
+struct Scratch {
+    entries: Vec<u32>,
+    heights: Vec<(u32, f64)>,
+}
+
 /// Subtrees for tasks in order, and the nodes above them.
 fn tasks(splits: &[Split], bounds: &[NodeBounds], faces: usize) -> (Vec<Subtree>, Vec<Subtree>) {
     let (mut tasks, mut above) = (Vec::new(), Vec::new());
@@ -207,7 +214,7 @@ impl Surroundings<'_> {
             Some(levels) => levels[level].add(&pull),
             None => foreign.push((vertex, level, pull)),
         };
-        let mut scratch = Vec::new();
+        let mut scratch = Scratch::default();
         let mut stack = vec![root];
         while let Some(s) = stack.pop() {
             let area = areas[s.faces.end - first_face] - areas[s.faces.start - first_face];
@@ -246,7 +253,10 @@ impl Surroundings<'_> {
         if root.faces.len() == 1 {
             self.mesh.faces[root.faces.start].into_iter().for_each(mark);
         } else {
-            self.loops.of_node(root.node).iter().for_each(|h| mark(self.mesh.origin(h & !LAST)));
+            self.loops
+                .read(root.node, &mut Vec::new())
+                .iter()
+                .for_each(|h| mark(self.mesh.origin(h & !LAST)));
         }
         is_border
     }
@@ -260,7 +270,7 @@ impl Surroundings<'_> {
             before.push(sum);
         }
         let area_before = |face: usize| before[tasks.partition_point(|t| t.first_face < face)];
-        let (mut pulls, mut scratch) = (Vec::new(), Vec::new());
+        let (mut pulls, mut scratch) = (Vec::new(), Scratch::default());
         for s in nodes {
             let area = area_before(s.faces.end) - area_before(s.faces.start);
             self.pull_of_node(s, area, &mut scratch, |v, level, pull| pulls.push((v, level, pull)));
@@ -269,13 +279,11 @@ impl Surroundings<'_> {
     }
 
     /// Shows what the plane of a node does to the vertices on its boundary, as long as the node is drawn.
-    ///
-    /// `scratch` is memory for its loops.
     fn pull_of_node(
         &self,
         s: &Subtree,
         area: f64,
-        scratch: &mut Vec<(u32, f64)>,
+        scratch: &mut Scratch,
         mut show: impl FnMut(usize, usize, Pull),
     ) {
         let (split, key) = (&self.splits[s.node], f64::from(self.bounds[s.node].budget));
@@ -285,19 +293,20 @@ impl Surroundings<'_> {
         let normal = split.normal.as_dvec3();
         // The polygon in the middle of its life.
         let middle = if s.parent_key.is_finite() { 0.5 * (key + s.parent_key) } else { 1.5 * key };
-        let entries = self.loops.of_node(s.node);
+        let Scratch { entries, heights } = scratch;
+        let entries = self.loops.read(s.node, entries);
         let levels = |v: u32| self.levels(v as usize, key, s.parent_key);
         if !entries.iter().any(|h| levels(self.mesh.origin(h & !LAST)) != [false; LEVELS]) {
             return;
         }
         let (mut sum, mut length) = (0.0, 0.0);
         let mut ends = (None, None);
-        scratch.clear();
+        heights.clear();
         for h in entries {
             let v = self.mesh.origin(h & !LAST);
             let place = self.mesh.positions[v as usize].as_dvec3();
             let height = normal.dot(place) - f64::from(split.offset);
-            scratch.push((v, height));
+            heights.push((v, height));
             let mut edge = |from: (DVec3, f64), to: (DVec3, f64)| {
                 let edge = from.0.distance(to.0);
                 sum += 0.5 * edge * (from.1 + to.1);
@@ -321,7 +330,7 @@ impl Surroundings<'_> {
             }
         }
         let mean = if length > 0.0 { sum / length } else { 0.0 };
-        for &(v, height) in scratch.iter() {
+        for &(v, height) in heights.iter() {
             self.at_levels(v as usize, key, s.parent_key, |v, level| {
                 show(v, level, Pull::plane(normal, 0.5 * (height + mean), area));
             });

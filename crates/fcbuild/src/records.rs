@@ -95,7 +95,8 @@ fn polygon_records(
     let ranges = face_ranges(splits, mesh.faces.len(), outlined);
     let record = |(outlined, faces): (&Outlined, Range<usize>)| {
         let Outlined { index, node, normal } = outlined;
-        let border = loops.of_node(*index as usize).iter().map(|h| mesh.origin(h & !LAST));
+        let mut memory = Vec::new();
+        let border = loops.read(*index as usize, &mut memory).iter().map(|h| mesh.origin(h & !LAST));
         let own = mesh.own_vertices(&faces);
         let before = border.filter(|v| (*v as usize) < own.start);
         let points = own.clone().map(|v| v as u32).chain(before).map(|v| mesh.stored(v).to_array());

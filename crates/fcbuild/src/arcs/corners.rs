@@ -51,7 +51,7 @@ pub fn register(
         return Registered { registrations: Vec::new(), nodes, cones };
     }
     let mut registered: Vec<bool> = vec![false; mesh.opposite.len()];
-    for &h in loops.of_node(0) {
+    for &h in loops.read(0, &mut Vec::new()) {
         registered[(h & !LAST) as usize] = anchored[mesh.origin(h & !LAST) as usize];
     }
     let walk = Walk { mesh, splits, loops, count };
@@ -83,6 +83,19 @@ struct Child {
     faces: Range<usize>,
 }
 
+/// What one thread works with.
+struct Memory<'a> {
+    measurer: Measurer<'a>,
+    /// Those of a node, or of its two children.
+    loops: [Vec<u32>; 2],
+}
+
+impl<'a> Memory<'a> {
+    fn new(mesh: &'a TreeMesh) -> Memory<'a> {
+        Memory { measurer: Measurer::new(mesh), loops: [Vec::new(), Vec::new()] }
+    }
+}
+
 /// Where the measures of a node and of all below it go.
 struct Measured<'m> {
     nodes: &'m mut [NodeBounds],
@@ -101,7 +114,7 @@ impl<'m> Measured<'m> {
     }
 }
 
-impl<'a> Walk<'a> {
+impl Walk<'_> {
     /// Measures a node and registers what its split needs, and all below.
     ///
     /// `registered` holds, for each half-edge of the node's faces that lies on a boundary, whether its start is a
@@ -110,16 +123,16 @@ impl<'a> Walk<'a> {
         let mut own = Vec::new();
         if at.faces.len() < SERIAL_BELOW {
             let faces = at.faces.len() as u64;
-            self.descend_serial(at, registered, places, &mut Measurer::new(self.mesh), &mut own);
+            self.descend_serial(at, registered, places, &mut Memory::new(self.mesh), &mut own);
             (self.count)(faces);
             own.shrink_to_fit();
             return vec![own];
         }
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return Vec::new() };
-        // The measurer of a large cluster goes before more of them are made.
-        (*bounds, *cone) = self.measure(&at, registered, &mut Measurer::new(self.mesh), &mut own);
-        let [left, right] = self.split(&at, bounds.bound, registered, &mut own);
+        // The memory of a large cluster goes before there is more of it.
+        (*bounds, *cone) = self.measure(&at, registered, &mut Memory::new(self.mesh), &mut own);
+        let [left, right] = self.split(&at, bounds.bound, registered, &mut Memory::new(self.mesh), &mut own);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let (l, r) = rayon::join(
@@ -138,7 +151,7 @@ impl<'a> Walk<'a> {
         at: Child,
         registered: &mut [bool],
         places: Measured<'_>,
-        measurer: &mut Measurer<'_>,
+        memory: &mut Memory<'_>,
         out: &mut Vec<Registration>,
     ) {
         if places.nodes.is_empty() {
@@ -146,14 +159,14 @@ impl<'a> Walk<'a> {
         }
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return };
-        (*bounds, *cone) = self.measure(&at, registered, measurer, out);
-        let [left, right] = self.split(&at, bounds.bound, registered, out);
+        (*bounds, *cone) = self.measure(&at, registered, memory, out);
+        let [left, right] = self.split(&at, bounds.bound, registered, memory, out);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let places_l = Measured { nodes: &mut *nodes_l, cones: places_l.cones };
         let places_r = Measured { nodes: &mut *nodes_r, cones: places_r.cones };
-        self.descend_serial(left, registered_l, places_l, measurer, out);
-        self.descend_serial(right, registered_r, places_r, measurer, out);
+        self.descend_serial(left, registered_l, places_l, memory, out);
+        self.descend_serial(right, registered_r, places_r, memory, out);
         bounds.nest([nodes_l.first(), nodes_r.first()]);
     }
 
@@ -162,10 +175,11 @@ impl<'a> Walk<'a> {
         &self,
         at: &Child,
         registered: &mut [bool],
-        measurer: &mut Measurer<'_>,
+        memory: &mut Memory<'_>,
         out: &mut Vec<Registration>,
     ) -> (NodeBounds, Cone) {
-        let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.of_node(at.node), registered };
+        let Memory { measurer, loops: [loops, _] } = memory;
+        let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.read(at.node, loops), registered };
         let above = at.parent.map(|_| if at.above.is_finite() { f64::from(at.above) } else { 0.0 });
         let (bounds, cone, added) = measurer.measure(&self.splits[at.node], &cluster, above);
         for &h in added {
@@ -182,6 +196,7 @@ impl<'a> Walk<'a> {
         at: &Child,
         above: f32,
         registered: &mut [bool],
+        memory: &mut Memory<'_>,
         out: &mut Vec<Registration>,
     ) -> [Child; 2] {
         let Child { node, ref faces, .. } = *at;
@@ -196,11 +211,11 @@ impl<'a> Walk<'a> {
         // The ends of arcs around a single face are corners of it.
         let is_face = children.iter().any(|child| child.faces.len() == 1);
         let mut longest = [None; 2];
-        for (i, child) in children.iter().enumerate() {
+        for ((i, child), memory) in children.iter().enumerate().zip(&mut memory.loops) {
             let other = &children[1 - i].faces;
             // Both sides see the same ends of arcs; they are recorded once.
             let record = Record { closed_cuts: i == 0, ends: i == 0 && !is_face };
-            longest[i] = self.inherit(child, other, record, &mut marks);
+            longest[i] = self.inherit(child, other, record, &mut marks, memory);
         }
         for (i, child) in children.iter().enumerate() {
             // A polygon needs three corners on its longest loop, so that it does not collapse.
@@ -215,14 +230,15 @@ impl<'a> Walk<'a> {
 
     /// Finds which corners of a child its ancestors register, this split included (steps 1 and 2 of `[Tsuji07]` 4.3).
     ///
-    /// The child's longest loop comes back if it may have fewer than three corners.
-    fn inherit(
+    /// The child's longest loop comes back if it may have fewer than three corners; `memory` is for its loops.
+    fn inherit<'m>(
         &self,
         child: &Child,
         sibling: &Range<usize>,
         record: Record,
         marks: &mut Marks<'_>,
-    ) -> Option<&'a [u32]> {
+        memory: &'m mut Vec<u32>,
+    ) -> Option<&'m [u32]> {
         if child.faces.len() == 1 {
             if record.closed_cuts {
                 self.inherit_loop(&face_loop(child.faces.start), sibling, record, marks);
@@ -231,7 +247,7 @@ impl<'a> Walk<'a> {
         }
         // The first of the longest.
         let mut longest: (&[u32], usize) = (&[], 3);
-        for entries in split_loops(self.loops.of_node(child.node)) {
+        for entries in split_loops(self.loops.read(child.node, memory)) {
             let corners = self.inherit_loop(entries, sibling, record, marks);
             if entries.len() > longest.0.len() {
                 longest = (entries, corners);

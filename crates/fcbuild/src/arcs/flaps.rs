@@ -39,6 +39,7 @@ const SERIAL_BELOW: usize = 4096;
 #[derive(Default)]
 struct Found {
     records: Vec<CurveRecord>,
+    entries: Vec<u32>,
     edges: Vec<u32>,
     arc: Arc,
 }
@@ -111,8 +112,8 @@ impl Tree<'_> {
         }
         let right = 3 * children[1].1.start..3 * children[1].1.end;
         let on_cut = |h: u32| right.contains(&(self.mesh.opposite[h as usize] as usize));
-        let Found { records, edges, arc } = found;
-        for entries in split_loops(self.loops.of_node(children[0].0)) {
+        let Found { records, entries, edges, arc } = found;
+        for entries in split_loops(self.loops.read(children[0].0, entries)) {
             each_arc(self.mesh, entries, on_cut, &self.loops.starts_at_end, edges, |edges| {
                 // Without a vertex between its ends there is none to leave out.
                 if edges.len() > 1 {

@@ -64,12 +64,12 @@ struct Ring<'a> {
 impl Tree<'_> {
     /// The records of a node and of all below, in the order of the nodes.
     fn records_below(&self, node: usize, faces: Range<usize>, parent_key: f32) -> Vec<CurveRecord> {
-        let mut out = Vec::new();
+        let (mut out, mut memory) = (Vec::new(), Vec::new());
         if faces.len() < SERIAL_BELOW {
-            self.records_below_serial(node, faces, parent_key, &mut out);
+            self.records_below_serial(node, faces, parent_key, &mut memory, &mut out);
             return out;
         }
-        self.records_of_node(node, parent_key, &mut out);
+        self.records_of_node(node, parent_key, &mut memory, &mut out);
         let (left, key) = (self.splits[node].left_faces as usize, self.nodes[node].budget);
         let middle = faces.start + left;
         let (l, r) = rayon::join(
@@ -86,23 +86,34 @@ impl Tree<'_> {
         node: usize,
         faces: Range<usize>,
         parent_key: f32,
+        memory: &mut Vec<u32>,
         out: &mut Vec<CurveRecord>,
     ) {
         if faces.len() < LEAST_FACES {
             return;
         }
-        self.records_of_node(node, parent_key, out);
+        self.records_of_node(node, parent_key, memory, out);
         let (left, key) = (self.splits[node].left_faces as usize, self.nodes[node].budget);
         let middle = faces.start + left;
-        self.records_below_serial(node + 1, faces.start..middle, key, out);
-        self.records_below_serial(node + left, middle..faces.end, key, out);
+        self.records_below_serial(node + 1, faces.start..middle, key, memory, out);
+        self.records_below_serial(node + left, middle..faces.end, key, memory, out);
     }
 
-    fn records_of_node(&self, node: usize, parent_key: f32, out: &mut Vec<CurveRecord>) {
-        let entries = self.loops.of_node(node);
-        let has_holes = entries.iter().rev().skip(1).any(|h| h & LAST != 0);
+    /// `memory` is for the node's loops.
+    fn records_of_node(
+        &self,
+        node: usize,
+        parent_key: f32,
+        memory: &mut Vec<u32>,
+        out: &mut Vec<CurveRecord>,
+    ) {
         let is_drawn = self.nodes[node].budget < parent_key && parent_key.is_finite();
-        if !has_holes || !is_drawn || self.splits[node].joins_components {
+        if !is_drawn || self.splits[node].joins_components {
+            return;
+        }
+        let entries = self.loops.read(node, memory);
+        let has_holes = entries.iter().rev().skip(1).any(|h| h & LAST != 0);
+        if !has_holes {
             return;
         }
         let normal = self.splits[node].normal.as_dvec3();

@@ -16,8 +16,8 @@ pub const LAST: u32 = 1 << 31;
 /// Boundary loops of all nodes, as half-edges with the cluster on their left.
 #[derive(Debug, Default)]
 pub struct Loops {
-    /// Half-edges of all loops, in postorder of the nodes; [`LAST`] marks each loop's last one. No node is cut apart.
-    pieces: Vec<Vec<u32>>,
+    /// Half-edges of all loops, in postorder of the nodes. No node is cut apart.
+    pieces: Vec<Entries>,
     /// Each node's first entry: the piece, and the place in it.
     start: Vec<(u32, u32)>,
     /// Each node's number of entries.
@@ -61,12 +61,59 @@ impl Loops {
         Loops { pieces, start, len, starts_at_end }
     }
 
-    /// The loop entries of a node.
-    pub fn of_node(&self, node: usize) -> &[u32] {
+    /// The loop entries of a node, written to `memory`; [`LAST`] marks each loop's last one.
+    pub fn read<'m>(&self, node: usize, memory: &'m mut Vec<u32>) -> &'m [u32] {
+        memory.clear();
+        self.append(node, memory);
+        memory
+    }
+
+    /// The same after what is in a list.
+    pub fn append(&self, node: usize, out: &mut Vec<u32>) {
         let (piece, start) = self.start[node];
-        match self.len[node] as usize {
-            0 => &[],
-            len => &self.pieces[piece as usize][start as usize..start as usize + len],
+        let len = self.len[node] as usize;
+        if len > 0 {
+            self.pieces[piece as usize].append(start as usize..start as usize + len, out);
+        }
+    }
+}
+
+/// Half-edges in a row; the last one of each loop has a mark.
+#[derive(Debug)]
+enum Entries {
+    /// Half-edges anywhere, with [`LAST`].
+    Far(Vec<u32>),
+    /// Those of a small subtree, counted from its first one, with [`NEAR_LAST`]: half the memory, where most of it is.
+    Near { first: u32, entries: Vec<u16> },
+}
+
+/// [`LAST`] in the entries of a small subtree.
+const NEAR_LAST: u16 = 1 << 15;
+
+// Its half-edges leave the mark free.
+const _: () = assert!(3 * SERIAL_BELOW <= NEAR_LAST as usize);
+
+impl Entries {
+    fn near(first: u32, entries: &[u32]) -> Entries {
+        let mark = |h: u32| if h & LAST != 0 { NEAR_LAST } else { 0 };
+        let entries = entries.iter().map(|&h| ((h & !LAST) - first) as u16 | mark(h)).collect();
+        Entries::Near { first, entries }
+    }
+
+    fn len(&self) -> usize {
+        match self {
+            Entries::Far(entries) => entries.len(),
+            Entries::Near { entries, .. } => entries.len(),
+        }
+    }
+
+    fn append(&self, range: Range<usize>, out: &mut Vec<u32>) {
+        match self {
+            Entries::Far(entries) => out.extend_from_slice(&entries[range]),
+            Entries::Near { first, entries } => {
+                let mark = |e: u16| u32::from(e & NEAR_LAST) << 16;
+                out.extend(entries[range].iter().map(|&e| (first + u32::from(e & !NEAR_LAST)) | mark(e)));
+            }
         }
     }
 }
@@ -80,7 +127,7 @@ pub fn split_loops(entries: &[u32]) -> impl Iterator<Item = &[u32]> {
 struct Piece {
     nodes: Range<usize>,
     /// In postorder of the nodes.
-    entries: Vec<u32>,
+    entries: Entries,
 }
 
 /// A subtree and its share of the working arrays; half-edge `h` is at `h - 3 * faces.start`.
@@ -113,8 +160,8 @@ impl Subtree<'_> {
             if self.faces.len() > 1 {
                 self.collect(0, self.faces.clone(), &mut out);
             }
-            out.shrink_to_fit();
-            return vec![Piece { nodes: self.base..self.base + self.splits.len(), entries: out }];
+            let entries = Entries::near(3 * self.faces.start as u32, &out);
+            return vec![Piece { nodes: self.base..self.base + self.splits.len(), entries }];
         }
         let left = self.splits[0].left_faces as usize;
         let middle = self.faces.start + left;
@@ -162,7 +209,7 @@ impl Subtree<'_> {
             self.join(0, self.faces.clone(), middle, &loops_l, &loops_r, &mut own);
         }
         pieces.extend(right_pieces);
-        pieces.push(Piece { nodes: self.base..self.base + 1, entries: own });
+        pieces.push(Piece { nodes: self.base..self.base + 1, entries: Entries::Far(own) });
         pieces
     }
 
@@ -281,7 +328,11 @@ fn loop_of_face(face: usize) -> [u32; 3] {
 /// The root's own loops at the end of a child's pieces.
 fn tail(pieces: &[Piece], len: usize, first_face: usize, faces: usize) -> Vec<u32> {
     match pieces.last() {
-        Some(Piece { entries, .. }) if faces > 1 => entries[entries.len() - len..].to_vec(),
+        Some(Piece { entries, .. }) if faces > 1 => {
+            let mut own = Vec::with_capacity(len);
+            entries.append(entries.len() - len..entries.len(), &mut own);
+            own
+        }
         _ => loop_of_face(first_face).to_vec(),
     }
 }

@@ -6,6 +6,7 @@ use super::node::Cluster;
 use crate::mesh::NONE;
 use crate::tree_order::TreeMesh;
 use glam::{DMat3, DVec2, DVec3};
+use std::ops::Range;
 
 /// Cosine of the steepest angle (72.5 degrees) at which a face still counts as surface under a polygon. Steeper ones
 /// raise slabs more than a corner costs that keeps the polygon away from them.
@@ -44,17 +45,18 @@ struct Reached {
 }
 
 /// A face to be looked at.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Waiting {
     /// The half-edge by which the flood comes to it.
     half_edge: u32,
-    /// Where that starts and ends.
-    ends: [Reached; 2],
+    /// Where that starts and ends: places in the list of what is reached.
+    ends: [u32; 2],
 }
 
 /// The memory of floods, one after the other.
 #[derive(Debug, Default)]
 pub(super) struct Flood {
+    reached: Vec<Reached>,
     waiting: Vec<Waiting>,
     visited: Visited,
 }
@@ -69,37 +71,49 @@ pub(super) struct Around<'a> {
 }
 
 impl Flood {
-    /// Widens the slab by what is seen in a hull of the surface beyond the border, whose half-edges come with where their
-    /// ends are seen; false if some of it is steep, and left out.
+    /// Widens the slab by what is seen in a hull of the surface beyond the border; false if some of it is steep, and left
+    /// out. `runs` are the stretches of the border that may come near the hull, and `edge` shows the half-edge at a place
+    /// of the border, and where its ends are seen.
     pub(super) fn look(
         &mut self,
         around: Around<'_>,
-        border: impl Iterator<Item = (u32, [Seen; 2])>,
+        runs: impl Iterator<Item = Range<usize>>,
+        edge: impl Fn(usize) -> (u32, [Seen; 2]),
         slab: &mut Slab,
     ) -> bool {
         let Around { mesh, cluster, gaze, hull } = around;
-        self.waiting.clear();
-        self.visited.clear();
-        let reached = |seen: Seen| Reached { seen, side: hull.side(seen.at) };
-        for (half_edge, [p, q]) in border {
+        let Flood { reached, waiting, visited } = self;
+        reached.clear();
+        waiting.clear();
+        visited.clear();
+        let reach_at = |seen: Seen| Reached { seen, side: hull.side(seen.at) };
+        // The place after that of the last edge that was near: its start is reached.
+        let mut follows = None;
+        for place in runs.flatten() {
+            let (half_edge, [p, q]) = edge(place);
             let across = mesh.opposite[half_edge as usize];
             // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
             if across != NONE && hull.is_near(p.at, q.at) {
-                let [p, q] = [reached(p), reached(q)];
-                if reach(hull, p, q, slab) {
-                    self.waiting.push(Waiting { half_edge: across, ends: [q, p] });
+                if follows != Some(place) {
+                    reached.push(reach_at(p));
+                }
+                follows = Some(place + 1);
+                let from = reached.len() - 1;
+                reached.push(reach_at(q));
+                if reach(hull, &reached[from], &reached[from + 1], slab) {
+                    waiting.push(Waiting { half_edge: across, ends: [from as u32 + 1, from as u32] });
                 }
             }
         }
         let mut is_covered = true;
-        while let Some(Waiting { half_edge, ends: [p, q] }) = self.waiting.pop() {
+        while let Some(Waiting { half_edge, ends: [p, q] }) = waiting.pop() {
             let face = half_edge / 3;
-            if !self.visited.insert(face) {
+            if !visited.insert(face) {
                 continue;
             }
             let normal = mesh.face_normals[face as usize].as_dvec3();
             // A face without area is a line, whichever way it is seen.
-            if normal != DVec3::ZERO && normal.dot(slab.direction) < STEEP {
+            if normal.dot(slab.direction) < STEEP && normal != DVec3::ZERO {
                 is_covered = false;
                 continue;
             }
@@ -109,19 +123,26 @@ impl Flood {
                 1 => (first + 2, first),
                 _ => (first, first + 1),
             };
-            let apex = mesh.positions[mesh.origin(before) as usize].as_dvec3();
-            let apex = reached(gaze.see(apex));
+            let apex = reach_at(gaze.see(mesh.positions[mesh.origin(before) as usize].as_dvec3()));
             if apex.side.is_in() {
                 slab.add(apex.seen.height);
             }
-            for (edge, from, to) in [(after, q, apex), (before, apex, p)] {
+            let place = reached.len() as u32;
+            let mut look_across = |edge: u32, from: &Reached, to: &Reached, ends: [u32; 2]| {
                 if reach(hull, from, to, slab) {
                     let across = mesh.opposite[edge as usize];
                     let is_own = cluster.faces.contains(&(across as usize / 3));
-                    if across != NONE && !is_own && !self.visited.has(across / 3) {
-                        self.waiting.push(Waiting { half_edge: across, ends: [to, from] });
+                    if across != NONE && !is_own && !visited.has(across / 3) {
+                        waiting.push(Waiting { half_edge: across, ends });
+                        return true;
                     }
                 }
+                false
+            };
+            let goes_on = look_across(after, &reached[q as usize], &apex, [place, q])
+                | look_across(before, &apex, &reached[p as usize], [p, place]);
+            if goes_on {
+                reached.push(apex);
             }
         }
         is_covered
@@ -131,7 +152,7 @@ impl Flood {
 /// Widens the slab by the part of an edge that lies in the hull. Returns whether there is such a part, and some of the
 /// hull to the right of it.
 #[inline]
-fn reach(hull: &Hull, from: Reached, to: Reached, slab: &mut Slab) -> bool {
+fn reach(hull: &Hull, from: &Reached, to: &Reached, slab: &mut Slab) -> bool {
     let Some((start, end)) = hull.clip((from.seen.at, from.side), (to.seen.at, to.side)) else {
         return false;
     };
@@ -147,16 +168,16 @@ fn reach(hull: &Hull, from: Reached, to: Reached, slab: &mut Slab) -> bool {
 /// A set of faces that is emptied at once.
 #[derive(Debug)]
 struct Visited {
-    /// Faces at the place that their number names or soon after it, each with the round in which it came. Of a power of
-    /// two in length, and at most half full.
-    slots: Vec<(u32, u32)>,
+    /// Faces at the place that their number names or soon after it, below the round in which each came. Of a power of two
+    /// in length, and at most half full.
+    slots: Vec<u64>,
     round: u32,
     count: usize,
 }
 
 impl Default for Visited {
     fn default() -> Visited {
-        Visited { slots: vec![(0, 0); 64], round: 1, count: 0 }
+        Visited { slots: vec![0; 64], round: 1, count: 0 }
     }
 }
 
@@ -165,36 +186,46 @@ impl Visited {
         self.count = 0;
         self.round = self.round.wrapping_add(1);
         if self.round == 0 {
-            self.slots.fill((0, 0));
+            self.slots.fill(0);
             self.round = 1;
         }
     }
 
-    /// Where a face is, or where it would be.
+    /// What stands for a face.
     #[inline]
-    fn place(&self, face: u32) -> usize {
+    fn entry(&self, face: u32) -> u64 {
+        u64::from(self.round) << 32 | u64::from(face)
+    }
+
+    /// Where a face is, or where it would be, and whether it is there.
+    #[inline]
+    fn place(&self, face: u32) -> (usize, bool) {
+        let entry = self.entry(face);
         let last = self.slots.len() - 1;
         // Neighbours have near numbers: they spread over the table as they are.
         let mut place = face as usize & last;
-        while self.slots[place].1 == self.round && self.slots[place].0 != face {
+        loop {
+            let slot = self.slots[place];
+            if slot == entry || slot >> 32 != entry >> 32 {
+                return (place, slot == entry);
+            }
             place = (place + 1) & last;
         }
-        place
     }
 
     #[inline]
     fn has(&self, face: u32) -> bool {
-        self.slots[self.place(face)].1 == self.round
+        self.place(face).1
     }
 
     /// Whether the face is new.
     #[inline]
     fn insert(&mut self, face: u32) -> bool {
-        let place = self.place(face);
-        if self.slots[place].1 == self.round {
+        let (place, is_there) = self.place(face);
+        if is_there {
             return false;
         }
-        self.slots[place] = (face, self.round);
+        self.slots[place] = self.entry(face);
         self.count += 1;
         if 2 * self.count > self.slots.len() {
             self.grow();
@@ -203,13 +234,11 @@ impl Visited {
     }
 
     fn grow(&mut self) {
-        let larger = vec![(0, 0); 2 * self.slots.len()];
+        let larger = vec![0; 2 * self.slots.len()];
         let old = std::mem::replace(&mut self.slots, larger);
-        for (face, round) in old {
-            if round == self.round {
-                let place = self.place(face);
-                self.slots[place] = (face, round);
-            }
+        for slot in old.into_iter().filter(|slot| (slot >> 32) as u32 == self.round) {
+            let (place, _) = self.place(slot as u32);
+            self.slots[place] = slot;
         }
     }
 }

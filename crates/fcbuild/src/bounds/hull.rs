@@ -12,21 +12,27 @@ pub(super) struct Hull {
     edges: Vec<Edge>,
     low: DVec2,
     high: DVec2,
+    /// The length of the diagonal of its box.
+    across: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     start: DVec2,
     along: DVec2,
-    /// A cross product of the edge with a way to a point in the hull may be off by as much.
-    rounding: f64,
 }
 
 impl Edge {
+    /// Positive for points to the left, inside.
+    #[inline]
+    fn cross(&self, p: DVec2) -> f64 {
+        self.along.perp_dot(p - self.start)
+    }
+
     /// Cuts off the part of a segment that lies beyond it; `None` if all of it does.
     #[inline]
     fn cut(&self, p: DVec2, q: DVec2, (from, to): &mut (f64, f64)) -> Option<()> {
-        let (at_p, at_q) = (self.along.perp_dot(p - self.start), self.along.perp_dot(q - self.start));
+        let (at_p, at_q) = (self.cross(p), self.cross(q));
         if at_p < 0.0 && at_q < 0.0 {
             return None;
         }
@@ -94,11 +100,13 @@ impl Hull {
     fn find_edges(&mut self) {
         let Hull { corners, edges, low, high, .. } = self;
         let across = (*high - *low).length();
-        let edge =
-            |start: DVec2, along: DVec2| Edge { start, along, rounding: ROUNDING * along.length() * across };
-        let next = corners.iter().skip(1).chain(corners.first());
+        self.across = across;
+        let edge = |start: DVec2, along: DVec2| Edge { start, along };
         edges.clear();
-        edges.extend(corners.iter().zip(next).map(|(u, v)| edge(*u, *v - *u)));
+        if let (Some(first), Some(last)) = (corners.first(), corners.last()) {
+            edges.extend(corners.array_windows().map(|[u, v]| edge(*u, *v - *u)));
+            edges.push(edge(*last, *first - *last));
+        }
         if edges.len() > MOST_EDGES {
             // Fewer edges hold more: the long ones, some of the others, and the box.
             let step = edges.len().div_ceil(MOST_EDGES / 2);
@@ -128,13 +136,16 @@ impl Hull {
     /// On which side of its edges a point lies.
     #[inline]
     pub(super) fn side(&self, p: DVec2) -> Side {
-        let mut side = Side { beyond: 0, is_deep: true };
-        for (i, edge) in self.edges.iter().enumerate() {
-            let cross = edge.along.perp_dot(p - edge.start);
-            side.beyond |= u64::from(cross < 0.0) << i;
-            side.is_deep &= cross > edge.rounding;
+        let mut beyond = 0;
+        for edge in self.edges.iter().rev() {
+            beyond = beyond << 1 | u64::from(edge.cross(p) < 0.0);
         }
-        side
+        Side { beyond, is_deep: beyond == 0 && self.is_deep(p) }
+    }
+
+    /// Whether a point lies inside, by more than a cross product with an edge may be off.
+    fn is_deep(&self, p: DVec2) -> bool {
+        self.edges.iter().all(|edge| edge.cross(p) > ROUNDING * edge.along.length() * self.across)
     }
 
     /// Whether a segment comes near.

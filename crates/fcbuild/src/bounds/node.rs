@@ -64,7 +64,7 @@ const FLAT_CONE: f32 = 0.99255;
 pub struct Cluster<'a> {
     /// Its faces.
     pub faces: Range<usize>,
-    /// Its loops, as in [`crate::arcs::loops::Loops::of_node`].
+    /// Its loops, as in [`crate::arcs::loops::Loops::read`].
     pub loops: &'a [u32],
     /// Of half-edges `3 * faces.start` on: whether one on the loops starts at a corner that an ancestor registers,
     /// present whenever the node is drawn.

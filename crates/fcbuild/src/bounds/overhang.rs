@@ -14,6 +14,7 @@ use crate::arcs::loops::LAST;
 use crate::arcs::polyline;
 use crate::tree_order::TreeMesh;
 use glam::{DVec2, DVec3};
+use std::ops::Range;
 
 /// An arc over a steep place is left as it is if that raises the cluster's bound to at most so many times the height of
 /// its slab, or to at most [`SHARE`]; else it gets a corner more. Less means more corners, more means larger bounds:
@@ -55,7 +56,8 @@ impl Border<'_> {
     }
 
     fn half_edge(&self, place: usize) -> u32 {
-        self.at.loops[place % self.len()] & !LAST
+        let place = if place < self.len() { place } else { place - self.len() };
+        self.at.loops[place] & !LAST
     }
 
     fn is_corner(&self, place: usize) -> bool {
@@ -82,11 +84,12 @@ fn box_of(run: &[Seen]) -> (DVec2, DVec2) {
     run.iter().fold(empty, |(low, high), seen| (low.min(seen.at), high.max(seen.at)))
 }
 
-/// The places of a border of `n` in the runs that come near a hull.
-fn near<'a>(runs: &'a [(DVec2, DVec2)], hull: &'a Hull, n: usize) -> impl Iterator<Item = usize> + 'a {
+/// The places of a border of `n` in the runs that come near a hull, run by run.
+#[inline]
+fn near<'a>(runs: &'a [(DVec2, DVec2)], hull: &'a Hull, n: usize) -> impl Iterator<Item = Range<usize>> + 'a {
     let is_near = |(_, (low, high)): &(usize, &(DVec2, DVec2))| hull.is_near(*low, *high);
     let places = move |(run, _): (usize, _)| RUN * run..n.min(RUN * run + RUN);
-    runs.iter().enumerate().filter(is_near).flat_map(places)
+    runs.iter().enumerate().filter(is_near).map(places)
 }
 
 impl Overhang {
@@ -140,8 +143,8 @@ impl Overhang {
             let mut wide = *slab;
             let around = Around { mesh: border.mesh, cluster: border.at, gaze, hull: &self.hull };
             let edge = |place: usize| (border.half_edge(place), [self.seen[place], self.seen[place + 1]]);
-            let edges = near(&self.runs, &self.hull, n).map(edge);
-            if !self.flood.look(around, edges, &mut wide) {
+            let runs = near(&self.runs, &self.hull, n);
+            if !self.flood.look(around, runs, edge, &mut wide) {
                 let arc = self.seen[from..=to].iter().map(|seen| seen.height);
                 let distance = self.aside(from, to).hypot(narrow.reach(arc));
                 if above.is_some_and(|above| distance > (RAISE_UP_TO * height).max(SHARE * above)) {
@@ -167,14 +170,18 @@ impl Overhang {
         // The ends of the arcs before and after.
         let next = corner(arc + 2).min(from + n);
         let last = corner(arc + count - 1).max(to);
-        near(&self.runs, &self.hull, n).any(|place| {
+        let is_in_the_way = |place: usize| {
             let p = self.seen[place].at;
+            if !self.hull.is_near(p, p) {
+                return false;
+            }
             // Counted from the arc on.
             let place = if place <= to { place + n } else { place };
             let place = if place <= to { place + n } else { place };
             let meets = place <= next || place >= last;
             place < from + n && self.hull.holds(p) && (!meets || (b - a).perp_dot(p - a) < beyond)
-        })
+        };
+        near(&self.runs, &self.hull, n).any(|mut run| run.any(is_in_the_way))
     }
 
     /// How far, as they are seen, a point in the hull of an arc may be from any curve in the hull that joins the arc's
