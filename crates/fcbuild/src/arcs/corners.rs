@@ -2,7 +2,7 @@
 
 use super::loops::{LAST, Loops, split_loops};
 use super::polyline;
-use crate::bounds::{Cluster, Measurer, NodeBounds};
+use crate::bounds::{Above, Cluster, Measurer, NodeBounds};
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use fcgeom::Cone;
@@ -81,6 +81,16 @@ struct Child {
     /// The bound of that node.
     above: f32,
     faces: Range<usize>,
+}
+
+impl Child {
+    fn above(&self) -> Above {
+        match self.parent {
+            None => Above::Nothing,
+            Some(_) if self.above.is_finite() => Above::Drawn(f64::from(self.above)),
+            Some(_) => Above::NeverDrawn,
+        }
+    }
 }
 
 /// What one thread works with.
@@ -180,8 +190,7 @@ impl Walk<'_> {
     ) -> (NodeBounds, Cone) {
         let Memory { measurer, loops: [loops, _] } = memory;
         let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.read(at.node, loops), registered };
-        let above = at.parent.map(|_| if at.above.is_finite() { f64::from(at.above) } else { 0.0 });
-        let (bounds, cone, added) = measurer.measure(&self.splits[at.node], &cluster, above);
+        let (bounds, cone, added) = measurer.measure(&self.splits[at.node], &cluster, at.above());
         for &h in added {
             registered[h as usize - 3 * at.faces.start] = true;
             let vertex = self.mesh.weld[self.mesh.origin(h) as usize];

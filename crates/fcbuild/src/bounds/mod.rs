@@ -7,5 +7,5 @@ mod node;
 mod outliers;
 mod overhang;
 
-pub use node::{Cluster, Measurer, NodeBounds};
+pub use node::{Above, Cluster, Measurer, NodeBounds};
 pub use outliers::raise_keys;

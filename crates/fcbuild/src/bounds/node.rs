@@ -71,6 +71,18 @@ pub struct Cluster<'a> {
     pub registered: &'a [bool],
 }
 
+/// The node that is split into a cluster and another.
+#[derive(Clone, Copy, Debug)]
+pub enum Above {
+    /// None that can register more corners: the cluster is the root, or a component whose corners a join would register
+    /// for every mesh.
+    Nothing,
+    /// One that is refined in every mesh.
+    NeverDrawn,
+    /// One that is drawn in place of the cluster from this bound on.
+    Drawn(f64),
+}
+
 /// Measures nodes, one after the other in the same memory.
 pub struct Measurer<'a> {
     mesh: &'a TreeMesh,
@@ -95,13 +107,12 @@ impl<'a> Measurer<'a> {
     }
 
     /// Measures one node by itself: its bounds, a cone that holds the normals of its faces, and half-edges on its loops
-    /// that start at vertices which its parent must register too, none without a node `above` to register them, of
-    /// that bound, 0 for one that is never drawn.
+    /// that start at vertices which the node `above` must register too.
     pub fn measure(
         &mut self,
         split: &Split,
         at: &Cluster<'_>,
-        above: Option<f64>,
+        above: Above,
     ) -> (NodeBounds, Cone, &[u32]) {
         let mesh = self.mesh;
         let corner_vertices = mesh.faces.as_flattened();

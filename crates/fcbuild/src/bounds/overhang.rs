@@ -9,7 +9,7 @@
 use super::distance::Slab;
 use super::flood::{Around, Flood, Gaze, Seen};
 use super::hull::Hull;
-use super::node::Cluster;
+use super::node::{Above, Cluster};
 use crate::arcs::loops::LAST;
 use crate::arcs::polyline;
 use crate::tree_order::TreeMesh;
@@ -94,14 +94,13 @@ fn near<'a>(runs: &'a [(DVec2, DVec2)], hull: &'a Hull, n: usize) -> impl Iterat
 
 impl Overhang {
     /// Widens the slab of a cluster with one loop by what is seen in the hulls of its arcs. Returns half-edges of the
-    /// loop that start at vertices which must be corners for that, none without a node `above` to register them, of that
-    /// bound, 0 for one that is never drawn.
+    /// loop that start at vertices which the node `above` must make corners for that.
     pub(super) fn widen(
         &mut self,
         mesh: &TreeMesh,
         at: &Cluster<'_>,
         slab: &mut Slab,
-        above: Option<f64>,
+        above: Above,
     ) -> &[u32] {
         let border = Border { mesh, at };
         let n = border.len();
@@ -121,10 +120,15 @@ impl Overhang {
         &self.added
     }
 
-    fn widen_by_arcs(&mut self, border: &Border<'_>, gaze: Gaze, slab: &mut Slab, above: Option<f64>) {
+    fn widen_by_arcs(&mut self, border: &Border<'_>, gaze: Gaze, slab: &mut Slab, above: Above) {
         let n = border.len();
         let narrow = *slab;
         let height = narrow.height();
+        let (gets_corners, raise_up_to) = match above {
+            Above::Nothing => (false, f64::INFINITY),
+            Above::NeverDrawn => (true, RAISE_UP_TO * height),
+            Above::Drawn(bound) => (true, (RAISE_UP_TO * height).max(SHARE * bound)),
+        };
         let mut i = 0;
         while let [from, to, ..] = self.corners[i..] {
             if to == from + 1 {
@@ -136,7 +140,7 @@ impl Overhang {
                 i += 1;
                 continue;
             }
-            if above.is_some() && self.is_tangled(i, n, DEEP * height) {
+            if gets_corners && self.is_tangled(i, n, DEEP * height) {
                 self.add_corner(border, i + 1, border.farthest(from, to));
                 continue;
             }
@@ -147,7 +151,7 @@ impl Overhang {
             if !self.flood.look(around, runs, edge, &mut wide) {
                 let arc = self.seen[from..=to].iter().map(|seen| seen.height);
                 let distance = self.aside(from, to).hypot(narrow.reach(arc));
-                if above.is_some_and(|above| distance > (RAISE_UP_TO * height).max(SHARE * above)) {
+                if distance > raise_up_to {
                     self.add_corner(border, i + 1, border.farthest(from, to));
                     continue;
                 }
