@@ -3,11 +3,11 @@
 use crate::arcs::activity::Asking;
 use crate::arcs::corners::{self, Registered};
 use crate::arcs::curves::{self, Curves};
-use crate::arcs::{activity, flaps, holes, loops::Loops};
+use crate::arcs::{ClusterTree, activity, flaps, holes, loops::Loops};
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
-use crate::partition::{self, Hierarchy, SplitMode};
+use crate::partition::{self, Hierarchy, SplitMode, Subtree};
 use crate::records::Records;
 use crate::tree_order::TreeMesh;
 use crate::{bounds, clusters, displacement};
@@ -265,10 +265,11 @@ fn build_prepared(
         activity::gather(&asking)
     };
     drop((registrations, ends));
-    let uncovered = flaps::records(&mesh, &splits, &loops, &nodes, &activity);
+    let unkeyed = ClusterTree { mesh: &mesh, splits: &splits, loops: &loops, nodes: &nodes, keys: &[] };
+    let uncovered = flaps::records(ClusterTree { keys: &activity, ..unkeyed });
     activity::raise(&uncovered, &mut activity);
     drop(uncovered);
-    let around_holes = holes::records(&mesh, &splits, &loops, &nodes, &activity);
+    let around_holes = holes::records(ClusterTree { keys: &activity, ..unkeyed });
     activity::raise(&around_holes, &mut activity);
     drop(around_holes);
     let straight = curves::straighten(&mesh, &stretches, &activity);
@@ -349,10 +350,12 @@ fn group_records(mesh: &Mesh, hierarchy: &Hierarchy) -> (Vec<GroupRecord>, Vec<S
         return (records, names);
     }
     let group_at = |i: usize| mesh.face_group[hierarchy.order[i] as usize];
-    let mut stack = vec![(0, 0, hierarchy.order.len())];
-    while let Some((node, first, faces)) = stack.pop() {
+    let mut stack = vec![Subtree::whole(hierarchy.order.len())];
+    while let Some(at) = stack.pop() {
+        let (first, faces) = (at.faces.start, at.faces.len());
         if group_at(first) == group_at(first + faces - 1) {
-            let root = if faces == 1 { ChildRef::face(first as u32) } else { ChildRef::node(node as u32) };
+            let root =
+                if at.is_face() { ChildRef::face(first as u32) } else { ChildRef::node(at.node as u32) };
             records.push(GroupRecord {
                 root: U32::new(root.raw()),
                 first_face: U32::new(first as u32),
@@ -361,9 +364,9 @@ fn group_records(mesh: &Mesh, hierarchy: &Hierarchy) -> (Vec<GroupRecord>, Vec<S
             });
             names.push(mesh.group_names[group_at(first) as usize].clone());
         } else {
-            let left = hierarchy.splits[node].left_faces as usize;
-            stack.push((node + left, first + left, faces - left));
-            stack.push((node + 1, first, left));
+            let [left, right] = at.children(&hierarchy.splits);
+            stack.push(right);
+            stack.push(left);
         }
     }
     (records, names)

@@ -6,7 +6,7 @@ use crate::clusters::{Outlined, PackedClusters, Scale};
 use crate::displacement::Displacement;
 use crate::error::Error;
 use crate::mesh::units::too_large;
-use crate::partition::Split;
+use crate::partition::{Split, Subtree};
 use crate::tree_order::TreeMesh;
 use fct::{BoundingPolygonRecord, GroupRecord, NormalRecord, Packed, U32, VertexRecord, WeldRecord};
 use glam::Vec3;
@@ -108,20 +108,19 @@ fn polygon_records(
 /// The faces of some nodes, which stand in preorder.
 fn face_ranges(splits: &[Split], faces: usize, wanted: &[Outlined]) -> Vec<Range<usize>> {
     let mut ranges = Vec::with_capacity(wanted.len());
-    let mut stack = vec![(0, 0..faces)];
-    while let Some((node, range)) = stack.pop() {
+    let mut stack = vec![Subtree::whole(faces)];
+    while let Some(at) = stack.pop() {
         let Some(Outlined { index: next, .. }) = wanted.get(ranges.len()) else { break };
         // A subtree of k faces heads k - 1 nodes: those that are not wanted are stepped over whole.
-        if range.len() < 2 || node + range.len() - 1 <= *next as usize {
+        if at.is_face() || at.node + at.faces.len() - 1 <= *next as usize {
             continue;
         }
-        if node == *next as usize {
-            ranges.push(range.clone());
+        let [left, right] = at.children(splits);
+        if at.node == *next as usize {
+            ranges.push(at.faces);
         }
-        let left = splits[node].left_faces as usize;
-        let middle = range.start + left;
-        stack.push((node + left, middle..range.end));
-        stack.push((node + 1, range.start..middle));
+        stack.push(right);
+        stack.push(left);
     }
     ranges
 }

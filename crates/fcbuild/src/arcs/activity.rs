@@ -5,7 +5,7 @@ use super::curves::CurveRecord;
 use crate::bounds::NodeBounds;
 use crate::clusters::PackedClusters;
 use crate::mesh::NONE;
-use crate::partition::Split;
+use crate::partition::{Split, Subtree};
 use crate::tree_order::TreeMesh;
 use fcgeom::{Sphere, round_up};
 use rayon::prelude::*;
@@ -87,14 +87,12 @@ pub(crate) fn gather(asking: &Asking<'_>) -> Vec<Activity> {
 /// For each face the node whose split leaves it alone; [`NONE`] if it is the only face.
 fn split_off(splits: &[Split], faces: usize) -> Vec<u32> {
     let mut split_off = vec![NONE; faces];
-    let mut stack = vec![(NONE, 0, 0, faces)];
-    while let Some((parent, node, first, faces)) = stack.pop() {
-        if faces == 1 {
-            split_off[first] = parent;
+    let mut stack = vec![(NONE, Subtree::whole(faces))];
+    while let Some((parent, at)) = stack.pop() {
+        if at.is_face() {
+            split_off[at.faces.start] = parent;
         } else {
-            let left = splits[node].left_faces as usize;
-            stack.push((node as u32, node + left, first + left, faces - left));
-            stack.push((node as u32, node + 1, first, left));
+            stack.extend(at.children(splits).map(|child| (at.node as u32, child)));
         }
     }
     split_off

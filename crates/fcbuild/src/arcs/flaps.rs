@@ -7,41 +7,20 @@
 //! angle. In the order of bounds its key is the arc's deviation; in the budget order, where clusters meet at other
 //! tolerances, it is what the error of the strip is worth.
 
-use super::activity::Activity;
+use super::cluster_tree::{ClusterTree, Finder};
 use super::curves::CurveRecord;
-use super::loops::{LAST, Loops, split_loops};
+use super::loops::{LAST, split_loops};
 use super::polyline::{self, Chord};
 use super::uncovered::{FLAT, Meeting, Order, uncovered};
-use crate::bounds::NodeBounds;
-use crate::partition::Split;
+use crate::partition::Subtree;
 use crate::tree_order::TreeMesh;
 use glam::{DVec3, Vec3};
-use std::ops::Range;
 
 /// The records that uncovered arcs ask for.
 ///
-/// A node whose bound is a distance from its corners needs no polygon to lie under it; `keys` are the welded vertices' records as far as splits register them.
-pub fn records(
-    mesh: &TreeMesh,
-    splits: &[Split],
-    loops: &Loops,
-    nodes: &[NodeBounds],
-    keys: &[Activity],
-) -> Vec<CurveRecord> {
-    let tree = Tree { mesh, splits, loops, nodes, keys };
-    tree.records_below(0, 0..mesh.faces.len()).concat()
-}
-
-/// Below this many faces a subtree stays on one thread.
-const SERIAL_BELOW: usize = 4096;
-
-/// The records found by one thread, and memory that is used again for each arc.
-#[derive(Default)]
-struct Found {
-    records: Vec<CurveRecord>,
-    entries: Vec<u32>,
-    edges: Vec<u32>,
-    arc: Arc,
+/// A node whose bound is a distance from its corners needs no polygon to lie under it.
+pub fn records(tree: ClusterTree<'_>) -> Vec<CurveRecord> {
+    tree.records(&Flaps { tree })
 }
 
 /// An arc, and the clusters that meet along one of its chords.
@@ -53,71 +32,53 @@ struct Arc {
 }
 
 /// A cluster on one side of an edge, on the way down to the face.
-#[derive(Clone)]
 struct Side {
-    node: usize,
-    faces: Range<usize>,
+    at: Subtree,
     face: usize,
 }
 
-struct Tree<'a> {
-    mesh: &'a TreeMesh,
-    splits: &'a [Split],
-    loops: &'a Loops,
-    nodes: &'a [NodeBounds],
-    keys: &'a [Activity],
+/// What is used again for each node: its loops, the edges of one arc, and the arc.
+#[derive(Default)]
+struct Memory {
+    entries: Vec<u32>,
+    edges: Vec<u32>,
+    arc: Arc,
 }
 
-impl Tree<'_> {
-    /// The records of a node and of all below, in pieces in the order of the nodes.
-    fn records_below(&self, node: usize, faces: Range<usize>) -> Vec<Vec<CurveRecord>> {
-        let mut found = Found::default();
-        if faces.len() < SERIAL_BELOW {
-            self.records_below_serial(node, faces, &mut found);
-            return vec![found.records];
-        }
-        self.records_of_cut(node, faces.clone(), &mut found);
-        let [left, right] = self.children(node, &faces);
-        let (l, r) =
-            rayon::join(|| self.records_below(left.0, left.1), || self.records_below(right.0, right.1));
-        let mut pieces = vec![found.records];
-        pieces.extend(l);
-        pieces.extend(r);
-        pieces
-    }
+struct Flaps<'a> {
+    tree: ClusterTree<'a>,
+}
 
-    fn records_below_serial(&self, node: usize, faces: Range<usize>, found: &mut Found) {
+impl Finder for Flaps<'_> {
+    type Memory = Memory;
+
+    fn look(&self, at: &Subtree, _above: f32, memory: &mut Memory, found: &mut Vec<CurveRecord>) -> bool {
         // A cluster of fewer faces is cut into single ones at least on one side, which register all their corners:
         // no arc has a vertex to leave out.
-        if faces.len() >= 4 && !self.nodes[node].is_flat() {
-            self.records_of_cut(node, faces.clone(), found);
-            let [left, right] = self.children(node, &faces);
-            self.records_below_serial(left.0, left.1, found);
-            self.records_below_serial(right.0, right.1, found);
+        let may_have_any = at.faces.len() >= 4 && !self.tree.nodes[at.node].is_flat();
+        if may_have_any {
+            self.records_of_cut(at, memory, found);
         }
+        may_have_any
     }
+}
 
-    fn children(&self, node: usize, faces: &Range<usize>) -> [(usize, Range<usize>); 2] {
-        let left = self.splits[node].left_faces as usize;
-        let middle = faces.start + left;
-        [(node + 1, faces.start..middle), (node + left, middle..faces.end)]
-    }
-
-    /// The records of the arcs that `node` cuts.
-    fn records_of_cut(&self, node: usize, faces: Range<usize>, found: &mut Found) {
-        let children = self.children(node, &faces);
-        let is_face = children.iter().any(|(_, faces)| faces.len() == 1);
-        if self.splits[node].joins_components || is_face {
+impl Flaps<'_> {
+    /// The records of the arcs along which a node is cut.
+    fn records_of_cut(&self, at: &Subtree, memory: &mut Memory, found: &mut Vec<CurveRecord>) {
+        let ClusterTree { mesh, splits, loops, .. } = self.tree;
+        let children = at.children(splits);
+        if splits[at.node].joins_components || children.iter().any(Subtree::is_face) {
             return;
         }
-        let right = 3 * children[1].1.start..3 * children[1].1.end;
-        let on_cut = |h: u32| right.contains(&(self.mesh.opposite[h as usize] as usize));
-        let Found { records, entries, edges, arc } = found;
-        for entries in split_loops(self.loops.read(children[0].0, entries)) {
-            each_arc(self.mesh, entries, on_cut, &self.loops.starts_at_end, edges, |edges| {
+        let right = 3 * children[1].faces.start..3 * children[1].faces.end;
+        let on_cut = |h: u32| right.contains(&(mesh.opposite[h as usize] as usize));
+        let Memory { entries, edges, arc } = memory;
+        for entries in split_loops(loops.read(children[0].node, entries)) {
+            each_arc(mesh, entries, on_cut, &loops.starts_at_end, edges, |edges| {
                 // Without a vertex between its ends there is none to leave out.
                 if edges.len() > 1 {
-                    self.records_of_arc(node, edges, &children, arc, records);
+                    self.records_of_arc(at.node, edges, &children, arc, found);
                 }
             });
         }
@@ -128,20 +89,21 @@ impl Tree<'_> {
         &self,
         node: usize,
         edges: &[u32],
-        children: &[(usize, Range<usize>); 2],
+        children: &[Subtree; 2],
         arc: &mut Arc,
         out: &mut Vec<CurveRecord>,
     ) {
+        let ClusterTree { mesh, nodes, keys, .. } = self.tree;
         let Arc { vertices, points, meetings } = arc;
         vertices.clear();
-        vertices.extend(edges.iter().map(|&h| self.mesh.origin(h)));
-        vertices.extend(edges.last().map(|&h| self.mesh.target(h)));
+        vertices.extend(edges.iter().map(|&h| mesh.origin(h)));
+        vertices.extend(edges.last().map(|&h| mesh.target(h)));
         points.clear();
-        points.extend(vertices.iter().map(|&v| self.mesh.positions[v as usize]));
+        points.extend(vertices.iter().map(|&v| mesh.positions[v as usize]));
         for order in [Order::Bound, Order::Budget] {
-            let key = |i: usize| order.of_vertex(&self.keys[self.mesh.weld[vertices[i] as usize] as usize]);
+            let key = |i: usize| order.of_vertex(&keys[mesh.weld[vertices[i] as usize] as usize]);
             // The cut is there, and its ends are drawn, below the key of its node.
-            let highest = order.of_node(&self.nodes[node]);
+            let highest = order.of_node(&nodes[node]);
             let mut any = false;
             let raised = polyline::raise(points, key, highest, |chord| {
                 let find = |above: f64, out: &mut Vec<Meeting>| {
@@ -153,9 +115,7 @@ impl Tree<'_> {
                 miss
             });
             if any {
-                out.extend(
-                    raised.iter().map(|r| order.record(self.mesh.weld[vertices[r.point] as usize], r)),
-                );
+                out.extend(raised.iter().map(|r| order.record(mesh.weld[vertices[r.point] as usize], r)));
             }
         }
     }
@@ -168,15 +128,15 @@ impl Tree<'_> {
         &self,
         order: Order,
         node: usize,
-        children: &[(usize, Range<usize>); 2],
+        children: &[Subtree; 2],
         half_edge: u32,
         chord: Chord,
         out: &mut Vec<Meeting>,
     ) {
         out.clear();
-        let mut below = order.of_node(&self.nodes[node]);
-        let faces = [half_edge, self.mesh.opposite[half_edge as usize]].map(|h| h as usize / 3);
-        let side = |i: usize| Side { node: children[i].0, faces: children[i].1.clone(), face: faces[i] };
+        let mut below = order.of_node(&self.tree.nodes[node]);
+        let faces = [half_edge, self.tree.mesh.opposite[half_edge as usize]].map(|h| h as usize / 3);
+        let side = |i: usize| Side { at: children[i].clone(), face: faces[i] };
         let mut sides = [side(0), side(1)];
         while below > chord.lowest {
             let [a, b] = [0, 1].map(|i| self.key(order, &sides[i]));
@@ -187,40 +147,31 @@ impl Tree<'_> {
                     out.push(Meeting { from, below, normals });
                 }
             }
-            if sides.iter().all(|s| s.faces.len() == 1) {
+            if sides.iter().all(|s| s.at.is_face()) {
                 break;
             }
             // The cluster with the larger key is refined first as the tolerance falls.
             let coarser = usize::from(b > a);
-            let coarser = if sides[coarser].faces.len() == 1 { 1 - coarser } else { coarser };
+            let coarser = if sides[coarser].at.is_face() { 1 - coarser } else { coarser };
             below = below.min(from);
-            self.descend(&mut sides[coarser]);
-        }
-    }
-
-    fn descend(&self, side: &mut Side) {
-        let left = self.splits[side.node].left_faces as usize;
-        let middle = side.faces.start + left;
-        if side.face < middle {
-            *side = Side { node: side.node + 1, faces: side.faces.start..middle, face: side.face };
-        } else {
-            *side = Side { node: side.node + left, faces: middle..side.faces.end, face: side.face };
+            let side = &mut sides[coarser];
+            side.at = side.at.child_with(side.face, self.tree.splits);
         }
     }
 
     /// Zero for a cluster whose bound needs no covering, in the order of bounds.
     fn normal(&self, order: Order, side: &Side) -> DVec3 {
-        if side.faces.len() == 1 {
-            self.mesh.normal_of_face(side.face).as_dvec3()
-        } else if order == Order::Bound && self.nodes[side.node].from_corners {
+        if side.at.is_face() {
+            self.tree.mesh.normal_of_face(side.face).as_dvec3()
+        } else if order == Order::Bound && self.tree.nodes[side.at.node].from_corners {
             DVec3::ZERO
         } else {
-            self.splits[side.node].normal.as_dvec3()
+            self.tree.splits[side.at.node].normal.as_dvec3()
         }
     }
 
     fn key(&self, order: Order, side: &Side) -> f64 {
-        if side.faces.len() == 1 { 0.0 } else { order.of_node(&self.nodes[side.node]) }
+        if side.at.is_face() { 0.0 } else { order.of_node(&self.tree.nodes[side.at.node]) }
     }
 }
 

@@ -5,30 +5,18 @@
 //! split early; in the budget order the loops of thin ones get vertices until no chord takes off, or adds, more than a
 //! share of the cluster's area.
 
-use super::activity::Activity;
+use super::cluster_tree::{ClusterTree, Finder};
 use super::curves::CurveRecord;
-use super::loops::{LAST, Loops, split_loops};
-use crate::bounds::NodeBounds;
-use crate::partition::Split;
-use crate::tree_order::TreeMesh;
+use super::loops::{LAST, split_loops};
+use crate::partition::Subtree;
 use fcgeom::Sphere;
 use glam::DVec3;
 use std::ops::Range;
 
 /// The records that clusters with holes ask for, in the budget order.
-pub fn records(
-    mesh: &TreeMesh,
-    splits: &[Split],
-    loops: &Loops,
-    nodes: &[NodeBounds],
-    keys: &[Activity],
-) -> Vec<CurveRecord> {
-    let tree = Tree { mesh, splits, loops, nodes, keys };
-    tree.records_below(0, 0..mesh.faces.len(), f32::INFINITY)
+pub fn records(tree: ClusterTree<'_>) -> Vec<CurveRecord> {
+    tree.records(&Holes { tree })
 }
-
-/// Below this many faces a subtree stays on one thread.
-const SERIAL_BELOW: usize = 4096;
 
 /// Clusters of fewer faces have no holes that matter.
 const LEAST_FACES: usize = 8;
@@ -43,12 +31,8 @@ const SHARE: f64 = 0.15;
 /// Stretches are halved so often at most.
 const MAX_DEPTH: u32 = 6;
 
-struct Tree<'a> {
-    mesh: &'a TreeMesh,
-    splits: &'a [Split],
-    loops: &'a Loops,
-    nodes: &'a [NodeBounds],
-    keys: &'a [Activity],
+struct Holes<'a> {
+    tree: ClusterTree<'a>,
 }
 
 /// A loop as it is seen along the normal of its cluster's plane.
@@ -61,44 +45,20 @@ struct Ring<'a> {
     key: f32,
 }
 
-impl Tree<'_> {
-    /// The records of a node and of all below, in the order of the nodes.
-    fn records_below(&self, node: usize, faces: Range<usize>, parent_key: f32) -> Vec<CurveRecord> {
-        let (mut out, mut memory) = (Vec::new(), Vec::new());
-        if faces.len() < SERIAL_BELOW {
-            self.records_below_serial(node, faces, parent_key, &mut memory, &mut out);
-            return out;
-        }
-        self.records_of_node(node, parent_key, &mut memory, &mut out);
-        let (left, key) = (self.splits[node].left_faces as usize, self.nodes[node].budget);
-        let middle = faces.start + left;
-        let (l, r) = rayon::join(
-            || self.records_below(node + 1, faces.start..middle, key),
-            || self.records_below(node + left, middle..faces.end, key),
-        );
-        out.extend(l);
-        out.extend(r);
-        out
-    }
+impl Finder for Holes<'_> {
+    /// For the loops of a node.
+    type Memory = Vec<u32>;
 
-    fn records_below_serial(
-        &self,
-        node: usize,
-        faces: Range<usize>,
-        parent_key: f32,
-        memory: &mut Vec<u32>,
-        out: &mut Vec<CurveRecord>,
-    ) {
-        if faces.len() < LEAST_FACES {
-            return;
+    fn look(&self, at: &Subtree, above: f32, memory: &mut Vec<u32>, found: &mut Vec<CurveRecord>) -> bool {
+        let has_faces = at.faces.len() >= LEAST_FACES;
+        if has_faces {
+            self.records_of_node(at.node, above, memory, found);
         }
-        self.records_of_node(node, parent_key, memory, out);
-        let (left, key) = (self.splits[node].left_faces as usize, self.nodes[node].budget);
-        let middle = faces.start + left;
-        self.records_below_serial(node + 1, faces.start..middle, key, memory, out);
-        self.records_below_serial(node + left, middle..faces.end, key, memory, out);
+        has_faces
     }
+}
 
+impl Holes<'_> {
     /// `memory` is for the node's loops.
     fn records_of_node(
         &self,
@@ -107,16 +67,17 @@ impl Tree<'_> {
         memory: &mut Vec<u32>,
         out: &mut Vec<CurveRecord>,
     ) {
-        let is_drawn = self.nodes[node].budget < parent_key && parent_key.is_finite();
-        if !is_drawn || self.splits[node].joins_components {
+        let ClusterTree { splits, loops, nodes, .. } = self.tree;
+        let is_drawn = nodes[node].budget < parent_key && parent_key.is_finite();
+        if !is_drawn || splits[node].joins_components {
             return;
         }
-        let entries = self.loops.read(node, memory);
+        let entries = loops.read(node, memory);
         let has_holes = entries.iter().rev().skip(1).any(|h| h & LAST != 0);
         if !has_holes {
             return;
         }
-        let normal = self.splits[node].normal.as_dvec3();
+        let normal = splits[node].normal.as_dvec3();
         let areas = || split_loops(entries).map(|ring| self.area(ring, 0, ring.len(), normal));
         let (whole, largest) = (areas().sum::<f64>().abs(), areas().map(f64::abs).fold(0.0, f64::max));
         if whole > THIN * largest {
@@ -130,7 +91,7 @@ impl Tree<'_> {
 
     fn records_of_ring(&self, ring: &Ring<'_>, out: &mut Vec<CurveRecord>) {
         let n = ring.entries.len();
-        let is_drawn = |i: &usize| self.keys[self.vertex(ring.entries, *i) as usize].budget >= ring.key;
+        let is_drawn = |i: &usize| self.tree.keys[self.vertex(ring.entries, *i) as usize].budget >= ring.key;
         let mut drawn: Vec<usize> = (0..n).filter(is_drawn).collect();
         // A loop of fewer than three is left out as a whole.
         if drawn.len() < 3 {
@@ -175,11 +136,11 @@ impl Tree<'_> {
     }
 
     fn place(&self, ring: &[u32], i: usize) -> DVec3 {
-        self.mesh.positions[self.mesh.origin(ring[i % ring.len()] & !LAST) as usize].as_dvec3()
+        self.tree.mesh.positions[self.tree.mesh.origin(ring[i % ring.len()] & !LAST) as usize].as_dvec3()
     }
 
     /// The welded vertex.
     fn vertex(&self, ring: &[u32], i: usize) -> u32 {
-        self.mesh.weld[self.mesh.origin(ring[i % ring.len()] & !LAST) as usize]
+        self.tree.mesh.weld[self.tree.mesh.origin(ring[i % ring.len()] & !LAST) as usize]
     }
 }

@@ -14,6 +14,7 @@
 //! copies of a vertex along a seam are drawn together.
 
 pub mod activity;
+mod cluster_tree;
 pub mod corners;
 pub mod curves;
 pub mod flaps;
@@ -21,3 +22,5 @@ pub mod holes;
 pub mod loops;
 pub(crate) mod polyline;
 mod uncovered;
+
+pub use cluster_tree::ClusterTree;

@@ -108,12 +108,7 @@ impl<'a> Measurer<'a> {
 
     /// Measures one node by itself: its bounds, a cone that holds the normals of its faces, and half-edges on its loops
     /// that start at vertices which the node `above` must register too.
-    pub fn measure(
-        &mut self,
-        split: &Split,
-        at: &Cluster<'_>,
-        above: Above,
-    ) -> (NodeBounds, Cone, &[u32]) {
+    pub fn measure(&mut self, split: &Split, at: &Cluster<'_>, above: Above) -> (NodeBounds, Cone, &[u32]) {
         let mesh = self.mesh;
         let corner_vertices = mesh.faces.as_flattened();
         let vertex = |h: &u32| mesh.positions[corner_vertices[(h & !LAST) as usize] as usize];

@@ -16,9 +16,11 @@ mod growth;
 mod hierarchy;
 mod merge;
 mod side;
+mod subtree;
 mod top;
 
 pub use hierarchy::{Hierarchy, Split};
+pub use subtree::Subtree;
 
 use crate::mesh::{Components, Mesh};
 
