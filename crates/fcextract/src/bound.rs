@@ -6,6 +6,7 @@
 use crate::extraction::Stats;
 use crate::part::Part;
 use crate::{Error, Order, Selection};
+use fcgeom::distance_to_segment;
 use fct::{Loops, Node, Tree, VertexRecord};
 use glam::DVec3;
 
@@ -108,10 +109,4 @@ fn radius_of(border: &[u32], records: &[VertexRecord]) -> f64 {
 
 fn place(record: &VertexRecord) -> DVec3 {
     DVec3::from_array(record.position().map(f64::from))
-}
-
-fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
-    let (along, way) = (b - a, p - a);
-    let t = (way.dot(along) / along.length_squared()).clamp(0.0, 1.0);
-    if t.is_nan() { way.length() } else { (way - along * t).length() }
 }

@@ -1,5 +1,5 @@
 //! Pure geometry for face clusters, on glam types: moments of surfaces, symmetric eigenproblems, the axes of
-//! principal component and canonical correlation analysis, enclosing spheres and normal cones, planes and frusta.
+//! principal component and canonical correlation analysis, enclosing spheres and normal cones, segments, planes and frusta.
 //!
 //! Everything is computed in `f64` and stored in `f32` where it goes to a file, rounded towards safety: radii up,
 //! cosines down. Only `+ - * /` and `sqrt` are used, whose results IEEE 754 fixes to the last bit, so the same input
@@ -22,6 +22,7 @@ pub mod plane;
 pub mod point_pca;
 pub mod quads;
 pub mod rounding;
+pub mod segment;
 pub mod smallest;
 pub mod sphere;
 pub mod symmetric;
@@ -37,6 +38,7 @@ pub use plane::{Plane, tangent_frame};
 pub use point_pca::point_covariance;
 pub use quads::Quads;
 pub use rounding::{round_down, round_up};
+pub use segment::{distance_to_segment, offset_from_segment};
 pub use smallest::{smallest_eigenpair, smallest_eigenpair_near, smallest_eigenvalue};
 pub use sphere::Sphere;
 pub use symmetric::{Eigen, SymMat3, eigen};

@@ -1,20 +1,7 @@
 //! Farthest points of boundary polylines, and the keys that keep their chords near.
 
-use fcgeom::Sphere;
-use glam::{DVec3, Vec3};
-
-/// The way from the nearest point of a segment to a point.
-pub(super) fn offset_from_segment(p: DVec3, a: DVec3, b: DVec3) -> DVec3 {
-    let (ab, ap) = (b - a, p - a);
-    let length_squared = ab.length_squared();
-    let t = if length_squared > 0.0 { (ap.dot(ab) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
-    ap - ab * t
-}
-
-/// Distance of a point from a segment.
-pub(crate) fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
-    offset_from_segment(p, a, b).length()
-}
+use fcgeom::{Sphere, distance_to_segment};
+use glam::Vec3;
 
 /// The item of largest value, the first of equals; none of an empty list.
 fn farthest(n: usize, value: impl Fn(usize) -> f64) -> Option<(usize, f64)> {

@@ -2,8 +2,9 @@
 
 use super::activity::Activity;
 use super::curves::CurveRecord;
-use super::polyline::{self, Chord, Raised};
+use super::polyline::{Chord, Raised};
 use crate::bounds::NodeBounds;
+use fcgeom::offset_from_segment;
 use glam::{DVec3, Vec3};
 
 /// Which of its two keys a node or a vertex goes by.
@@ -83,7 +84,7 @@ pub(super) fn uncovered(
     let mut worst = (0, least);
     let mut find = Some(find);
     for (i, p) in points.iter().enumerate().take(chord.to).skip(chord.from + 1) {
-        let offset = polyline::offset_from_segment(p.as_dvec3(), a, b);
+        let offset = offset_from_segment(p.as_dvec3(), a, b);
         let distance = offset.length();
         let key = match order {
             Order::Bound => distance,

@@ -11,8 +11,8 @@ use super::flood::{Around, Flood, Gaze, Seen};
 use super::hull::Hull;
 use super::node::{Above, Cluster};
 use crate::arcs::loops::LAST;
-use crate::arcs::polyline;
 use crate::tree_order::TreeMesh;
+use fcgeom::distance_to_segment;
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
@@ -71,7 +71,7 @@ impl Border<'_> {
     /// The place of an arc that is farthest from the arc's chord.
     fn farthest(&self, from: usize, to: usize) -> usize {
         let (a, b) = (self.position(from), self.position(to));
-        let off = |place: usize| (place, polyline::distance_to_segment(self.position(place), a, b));
+        let off = |place: usize| (place, distance_to_segment(self.position(place), a, b));
         (from + 1..to).map(off).fold((from, -1.0), |best, x| if x.1 > best.1 { x } else { best }).0
     }
 }

@@ -8,6 +8,7 @@ mod plane;
 mod quads;
 mod reference;
 mod rounding;
+mod segment;
 mod smallest;
 mod sphere;
 mod symmetric;
