@@ -3,6 +3,7 @@
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
 use crate::scene::MAX_INSTANCES;
 use clap::{Parser, ValueEnum};
+use fct::Size;
 use std::path::{Path, PathBuf};
 
 /// What `--help` shows below the flags.
@@ -236,26 +237,8 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads `800M`, `1.5GiB`, `2GB` or plain bytes, as fcbuild does: K, M, G and T alone are binary, with B decimal.
 fn bytes(text: &str) -> Result<u64, String> {
-    let refused = || "expected a size above 0 such as 800M, 6GiB or 1.5GB".to_owned();
-    let text = text.trim();
-    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let (number, unit) = text.split_at(end);
-    let factor = match unit.trim().to_ascii_uppercase().as_str() {
-        "" | "B" => 1.0,
-        "K" | "KIB" => 1024.0,
-        "M" | "MIB" => 1_048_576.0,
-        "G" | "GIB" => 1_073_741_824.0,
-        "T" | "TIB" => 1_099_511_627_776.0,
-        "KB" => 1e3,
-        "MB" => 1e6,
-        "GB" => 1e9,
-        "TB" => 1e12,
-        _ => return Err(refused()),
-    };
-    // The cast saturates, and a limit above 2^64 bytes is no limit.
-    number.parse::<f64>().ok().map(|n| n * factor).filter(|n| *n >= 1.0).map(|n| n as u64).ok_or_else(refused)
+    Ok(text.parse::<Size>()?.bytes())
 }
 
 fn field_of_view(text: &str) -> Result<f64, String> {

@@ -9,11 +9,10 @@ use crate::inwards::looks_inwards;
 use crate::orbit::{Orbit, fly};
 use crate::recovery::Misfortune;
 use crate::scene::{Model, Scene};
-use crate::stats::{
-    AdapterStats, ModelStats, RunStats, SettingStats, coarser_in_words, counted, grouped, median_total,
-};
+use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, coarser_in_words, median_total};
 use crate::steering::Steering;
 use crate::{Error, FrameStats, Gpu, Survivor};
+use fct::{counted, grouped};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::time::Instant;

@@ -3,9 +3,8 @@
 mod progress;
 
 use clap::Parser;
-use fct::Interrupt;
+use fct::{Interrupt, counted};
 use fcview::cli::{Cli, said};
-use fcview::stats::counted;
 use fcview::{Error, headless};
 use progress::Progress;
 use std::io::Write;

@@ -244,25 +244,6 @@ pub fn median_total(frames: &[FrameStats]) -> f64 {
     totals.get(totals.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// A number with its thousands set apart.
-pub fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::with_capacity(digits.len() * 4 / 3);
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-/// A number of things in words, such as `1 frame` and `1,000 frames`; `thing` is the singular of a regular noun.
-pub fn counted(number: u64, thing: &str) -> String {
-    let ending = if number == 1 { "" } else { "s" };
-    format!("{} {thing}{ending}", grouped(number))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -280,16 +261,5 @@ mod tests {
         assert_eq!(median_total(&[]), 0.0);
         assert_eq!(median_total(&frames(&[7.0])), 7.0);
         assert_eq!(median_total(&frames(&[100.0, 3.0, 1.0, 2.0])), 2.0);
-    }
-
-    #[test]
-    fn thousands_are_set_apart_and_one_is_no_plural() {
-        let cases = [(0, "0"), (999, "999"), (1000, "1,000"), (1_234_567, "1,234,567")];
-        for (number, text) in cases {
-            assert_eq!(grouped(number), text);
-        }
-        assert_eq!(counted(1, "frame"), "1 frame");
-        assert_eq!(counted(0, "frame"), "0 frames");
-        assert_eq!(counted(1000, "frame"), "1,000 frames");
     }
 }

@@ -38,7 +38,7 @@ mod displacement;
 mod error;
 mod hash;
 mod header;
-#[cfg(feature = "interrupt")]
+#[cfg(feature = "command")]
 mod interrupt;
 mod loops;
 mod map;
@@ -54,17 +54,21 @@ mod records;
 mod rule;
 mod section;
 mod short_float;
+#[cfg(feature = "command")]
+mod size;
 mod subtree;
 mod tree;
 mod verify;
 mod walk;
+#[cfg(feature = "command")]
+mod words;
 mod writer;
 
 pub use child::{Child, ChildRef};
 pub use chunk::{CHUNK_FACES, Chunk, ChunkData, ChunkFile, Crown, CrownChild, Patch, ReadAt};
 pub use error::{Error, Violation};
 pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
-#[cfg(feature = "interrupt")]
+#[cfg(feature = "command")]
 pub use interrupt::{Interrupt, Stopped};
 pub use loops::Loops;
 pub use meta::{MAX_META_LEN, Meta};
@@ -82,9 +86,13 @@ pub use records::{
 pub use rule::Rule;
 pub use section::{MAX_SECTIONS, SectionInfo, Tag};
 pub use short_float::ShortFloat;
+#[cfg(feature = "command")]
+pub use size::Size;
 pub use subtree::Subtree;
 pub use tree::Tree;
 pub use verify::Verified;
 pub use walk::Reader;
+#[cfg(feature = "command")]
+pub use words::{counted, grouped};
 pub use writer::{Complete, TreeData, WriteOptions, Writer, Written, write};
 pub use zerocopy::little_endian::{F32, I16, U16, U32};

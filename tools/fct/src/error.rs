@@ -25,7 +25,8 @@
 //! | FC901 | 1 | a bug in this program |
 //! | FC902 | 129, 130, 131, 143, 152 | a signal stopped the program |
 
-use crate::grouped::{counted, grouped};
+use crate::counted::counted;
+use fct::grouped;
 use std::io;
 use std::path::PathBuf;
 

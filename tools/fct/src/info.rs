@@ -1,8 +1,9 @@
 //! `fct info`: what a file says about itself.
 
 use crate::SCHEMA;
-use crate::grouped::{counted, grouped};
+use crate::counted::counted;
 use fct::Tree;
+use fct::grouped;
 use serde_json::json;
 use std::fmt::Write as _;
 

@@ -1,9 +1,9 @@
 //! The command `fct`: looks into, verifies and exports face-cluster trees. See `fct --help`.
 
+mod counted;
 mod error;
 mod export;
 mod flags;
-mod grouped;
 mod info;
 mod message;
 mod verify;

@@ -1,7 +1,7 @@
 //! `fct verify`: the result of the complete check.
 
 use crate::SCHEMA;
-use crate::grouped::counted;
+use crate::counted::counted;
 use fct::Verified;
 use serde_json::json;
 use std::path::Path;

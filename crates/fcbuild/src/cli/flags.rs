@@ -1,9 +1,9 @@
 //! What was typed: the flags as `clap` reads them.
 
-use super::size::{self, Size};
 use clap::{Parser, ValueEnum};
 use fcbuild::SplitMode;
 use fcbuild::mesh::Weld;
+use fct::Size;
 use std::path::PathBuf;
 
 /// What `--help` shows below the flags.
@@ -46,7 +46,7 @@ pub(crate) struct Flags {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_THREADS), allow_negative_numbers = true)]
     pub(crate) threads: Option<u32>,
     /// Refuse before the long work what would need more, such as 800M or 6GiB [default: 75 % of what the machine or its control group has]
-    #[arg(long, value_name = "SIZE", value_parser = size::parse, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
     pub(crate) max_memory: Option<Size>,
     /// Faces, at most, of a part that can be read alone where a file is larger than the memory, from 256 on: with fewer a view reads less, and the file is larger
     #[arg(long, value_name = "N", default_value_t = fct::CHUNK_FACES, value_parser = clap::value_parser!(u32).range(LEAST_CHUNK..=MOST_CHUNK), allow_negative_numbers = true)]
@@ -155,7 +155,7 @@ mod tests {
         .unwrap();
         assert_eq!(flags.inputs.len(), 2);
         assert_eq!((flags.split, flags.threads), (SplitFlag::Cca, Some(3)));
-        assert_eq!(flags.max_memory.map(|size| size.bytes), Some(2 << 30));
+        assert_eq!(flags.max_memory.map(|size| size.bytes()), Some(2 << 30));
         assert!(flags.force && flags.strict && flags.flip && flags.report.is_some());
         assert_eq!((flags.weld, flags.chunk_faces), (Weld::Within(0.5), 1024));
         assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ProgressFlag::Never));

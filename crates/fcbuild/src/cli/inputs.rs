@@ -2,11 +2,11 @@
 
 use super::memory;
 use super::progress::{Progress, Stage};
-use super::size::Size;
 use fcbuild::Error;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::{self, DropReason, Group, ImportOptions, Positions, Soup, Tally};
 use fcbuild::mesh::MAX_FACES;
+use fct::Size;
 use std::path::PathBuf;
 
 /// Reads all files; the faces and groups of each follow those of the files before it.
@@ -21,7 +21,7 @@ pub(crate) fn read_all(
     max_memory: Option<&Size>,
     progress: &Progress,
 ) -> Result<Soup, Error> {
-    let by_memory = max_memory.map_or(u64::MAX, |limit| memory::faces_within(limit.bytes));
+    let by_memory = max_memory.map_or(u64::MAX, |limit| memory::faces_within(limit.bytes()));
     let mut whole: Option<Soup> = None;
     for path in paths {
         let so_far = whole.as_ref().map_or(0, |soup| soup.triangles.len() as u64);

@@ -7,11 +7,10 @@ use super::memory;
 use super::message::notices;
 use super::progress::{Progress, Stage};
 use super::settings::Settings;
-use super::size;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::Tally;
 use fcbuild::{BuildOptions, Built, Error, Prepared};
-use fct::{Interrupt, Stopped};
+use fct::{Interrupt, Size, Stopped, counted, grouped};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -77,8 +76,8 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     memory::check(memory::estimate_of_soup(&soup, settings.weld), settings.max_memory.as_ref())?;
     let counts = format!(
         "{} and {} vertices",
-        size::counted(soup.triangles.len() as u64, "face"),
-        size::grouped(soup.positions.len() as u64)
+        counted(soup.triangles.len() as u64, "face"),
+        grouped(soup.positions.len() as u64)
     );
     let vertices_in = soup.positions.len() as u64;
     let source_id = source_id(&soup, settings.split, settings.weld);
@@ -91,7 +90,7 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     // Seams and borders are known now, which cost more than faces.
     let estimate = memory::estimate(&prepared.extent());
     memory::check(estimate, settings.max_memory.as_ref())?;
-    progress.note(&format!("{counts}: about {} of memory", size::bytes(estimate)));
+    progress.note(&format!("{counts}: about {} of memory", Size::of_bytes(estimate)));
     let mut built = pool.install(|| prepared.build(&options)).map_err(|e| blame(settings, e))?;
     warn_of_seams(&mut built);
     check_strict(settings, &built.tally)?;
@@ -117,7 +116,7 @@ fn warn_of_seams(built: &mut Built) {
         format!(
             "{} {were} shared by more than two faces{groups} or by faces of inconsistent winding; \
              the surface is cut {there}",
-            size::grouped(edges)
+            grouped(edges)
         ),
     );
 }
@@ -130,7 +129,7 @@ fn check_strict(settings: &Settings, tally: &Tally) -> Result<(), Error> {
         return Ok(());
     }
     let list: Vec<_> =
-        found.iter().map(|n| format!("{} ({}, {})", n.name, n.code, size::grouped(n.count))).collect();
+        found.iter().map(|n| format!("{} ({}, {})", n.name, n.code, grouped(n.count))).collect();
     let error = Error::bad_input("FC213", format!("--strict refuses to repair: {}", list.join(", ")))
         .remedy("mend the mesh, or leave --strict out to accept the repairs");
     Err(blame(settings, error))

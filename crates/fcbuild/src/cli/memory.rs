@@ -18,11 +18,11 @@
 //! and the peak a fifth higher, see `heap.rs`.
 
 use super::distinct;
-use super::size::Size;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::Soup;
 use fcbuild::mesh::Weld;
 use fcbuild::{Error, Extent};
+use fct::Size;
 use std::fs;
 use std::path::Path;
 
@@ -75,13 +75,13 @@ pub(crate) fn least_for(faces: u64) -> u64 {
 /// A limit error with both numbers.
 pub(crate) fn check(estimate: u64, limit: Option<&Size>) -> Result<(), Error> {
     match limit {
-        Some(limit) if estimate > limit.bytes => Err(Error::new(
+        Some(limit) if estimate > limit.bytes() => Err(Error::new(
             ErrorKind::Limit,
             "FC506",
             format!("the job needs about {} of memory and may take {limit}", limit.same_unit(estimate)),
         )
         .remedy("raise --max-memory, or split or simplify the mesh")
-        .limit(limit.bytes, estimate)),
+        .limit(limit.bytes(), estimate)),
         _ => Ok(()),
     }
 }

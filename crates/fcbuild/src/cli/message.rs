@@ -41,9 +41,9 @@
 
 use super::bug;
 use super::flags::MessageFormat;
-use super::size;
 use fcbuild::Error;
 use fcbuild::import::{DropReason, Tally};
+use fct::{counted, grouped};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -70,7 +70,7 @@ pub(crate) struct Notice {
 pub(crate) fn notices(tally: &Tally) -> Vec<Notice> {
     let oddities = tally.warnings.iter().map(|w| {
         let (code, name) = warning_code(w.code);
-        let says_count = w.count == 1 || w.message.starts_with(&format!("{} ", size::grouped(w.count)));
+        let says_count = w.count == 1 || w.message.starts_with(&format!("{} ", grouped(w.count)));
         let of_surface = !matches!(code, "FC341" | "FC342" | "FC343");
         Notice { code, name, message: w.message.clone(), count: w.count, of_surface, says_count }
     });
@@ -85,7 +85,7 @@ pub(crate) fn notices(tally: &Tally) -> Vec<Notice> {
             name: reason.as_str(),
             message: format!(
                 "{} dropped: {why}; by number: {}{more}",
-                size::counted(count, "face"),
+                counted(count, "face"),
                 listed.join(", ")
             ),
             count,
@@ -145,7 +145,7 @@ pub(crate) fn warning_line(format: MessageFormat, file: Option<&Path>, notice: &
     match format {
         MessageFormat::Human => {
             let place = file.map(|f| format!("{}: ", f.display())).unwrap_or_default();
-            let times = match size::grouped(*count) {
+            let times = match grouped(*count) {
                 _ if *says_count => String::new(),
                 // The files before the first of several had fewer.
                 all if message.starts_with(|c: char| c.is_ascii_digit()) => format!(" ({all} in all)"),

@@ -13,7 +13,6 @@ mod output;
 mod progress;
 mod report;
 mod settings;
-mod size;
 mod summary;
 
 use fcbuild::Error;

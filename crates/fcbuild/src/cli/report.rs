@@ -116,7 +116,7 @@ impl Report {
                 weld: meta.weld.clone(),
                 flip: settings.flip,
                 threads: settings.threads,
-                max_memory: settings.max_memory.as_ref().map(|limit| limit.bytes),
+                max_memory: settings.max_memory.as_ref().map(|limit| limit.bytes()),
                 chunk_faces: settings.chunk_faces,
                 strict: settings.strict,
             },
@@ -149,7 +149,7 @@ impl Report {
             memory: Memory {
                 peak_bytes: memory::peak(),
                 estimated_bytes: made.estimate,
-                limit_bytes: settings.max_memory.as_ref().map(|limit| limit.bytes),
+                limit_bytes: settings.max_memory.as_ref().map(|limit| limit.bytes()),
             },
             file: FilePart {
                 bytes: written.bytes,

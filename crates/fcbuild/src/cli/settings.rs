@@ -2,10 +2,10 @@
 
 use super::flags::{Flags, MAX_THREADS, MessageFormat, ProgressFlag};
 use super::memory;
-use super::size::Size;
 use fcbuild::error::ErrorKind;
 use fcbuild::mesh::Weld;
 use fcbuild::{Error, SplitMode};
+use fct::Size;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 

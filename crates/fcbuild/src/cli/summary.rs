@@ -1,7 +1,7 @@
 //! The summary on standard output.
 
 use super::report::Report;
-use super::size::{bytes, counted, grouped};
+use fct::{Size, counted, grouped};
 
 /// A few lines for people, from the numbers of the report.
 pub(crate) fn of(output: &str, report: &Report) -> String {
@@ -33,12 +33,15 @@ pub(crate) fn of(output: &str, report: &Report) -> String {
         ),
     );
     line("tree", format!("{}, depth {}", counted(c.nodes, "node"), c.depth));
-    line("file", format!("{}, {:.1} bytes a face", bytes(report.file.bytes), report.file.bytes_per_face));
-    let estimated = bytes(report.memory.estimated_bytes);
+    line(
+        "file",
+        format!("{}, {:.1} bytes a face", Size::of_bytes(report.file.bytes), report.file.bytes_per_face),
+    );
+    let estimated = Size::of_bytes(report.memory.estimated_bytes);
     line(
         "memory",
         match report.memory.peak_bytes {
-            Some(peak) => format!("{} at the peak, {estimated} estimated", bytes(peak)),
+            Some(peak) => format!("{} at the peak, {estimated} estimated", Size::of_bytes(peak)),
             None => format!("{estimated} estimated"),
         },
     );

@@ -1,7 +1,7 @@
 //! The list to open another file from.
 
-use crate::stats::grouped;
 use egui::{Align2, Context, Key, RichText, ScrollArea};
+use fct::grouped;
 use std::path::{Path, PathBuf};
 
 /// The most entries that are listed; who has more types the name.

@@ -4,9 +4,10 @@ use super::history::History;
 use super::input::KEYS;
 use super::navigation::{Mode, Navigation};
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
-use crate::stats::{FrameStats, coarser_in_words, grouped};
+use crate::stats::{FrameStats, coarser_in_words};
 use crate::steering::Steering;
 use egui::{CollapsingHeader, RichText, Slider, Ui};
+use fct::grouped;
 
 /// Width of the panel's contents, points.
 const WIDTH: f32 = 262.0;

@@ -8,10 +8,11 @@ mod output;
 mod ply;
 
 use crate::SCHEMA;
+use crate::counted::counted;
 use crate::error::Error;
-use crate::grouped::{counted, grouped};
 pub(crate) use detail::{Ball, Detail, Scale};
 use fcextract::{Budget, Extraction};
+use fct::grouped;
 use fct::{Interrupt, Tree};
 use mesh::Mesh;
 use serde_json::json;
