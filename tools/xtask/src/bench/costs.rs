@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use super::ledger::Entry;
+use super::peers::Nexus;
 use super::table::{Table, three};
 use super::targets;
 
@@ -25,8 +26,8 @@ pub(crate) struct Cost {
     pub(crate) file: u64,
     /// Median time of cluster LOD in memory on one thread.
     pub(crate) cluster_lod: f64,
-    /// Time of one run of the Nexus builder.
-    pub(crate) nexus: Option<f64>,
+    /// One run of the Nexus builder.
+    pub(crate) nexus: Option<Nexus>,
 }
 
 /// All meshes.
@@ -115,6 +116,8 @@ impl Costs {
             "cluster LOD s",
             "time/cluster LOD",
             "Nexus s",
+            "Nexus faces/s",
+            "Nexus file bytes/face",
             "missed",
         ]);
         let or_dash = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), three);
@@ -132,7 +135,9 @@ impl Costs {
                 three(c.per_face(c.file)),
                 three(c.cluster_lod),
                 format!("{:.2}", c.seconds / c.cluster_lod),
-                or_dash(c.nexus),
+                or_dash(c.nexus.map(|n| n.seconds)),
+                or_dash(c.nexus.map(|n| (c.faces as f64 / n.seconds).round())),
+                or_dash(c.nexus.map(|n| c.per_face(n.file))),
                 c.missed(self.smallest(c)).join(", "),
             ]);
         }
@@ -168,7 +173,10 @@ impl Costs {
             let memory = "cargo xtask bench build, in memory, in turns with fcbuild";
             add("cluster LOD wall time", Some(c.cluster_lod), "s", "1 thread".to_owned(), memory);
             let once = "cargo xtask bench build, through pymeshlab, one run";
-            add("Nexus builder wall time", c.nexus, "s", "as pymeshlab sets it".to_owned(), once);
+            let set = || "as pymeshlab sets it".to_owned();
+            add("Nexus builder wall time", c.nexus.map(|n| n.seconds), "s", set(), once);
+            let file = c.nexus.map(|n| c.per_face(n.file));
+            add("Nexus file size", file, "bytes a face", set(), "the same run, not compressed");
         }
         entries
     }

@@ -21,6 +21,15 @@ pub(crate) struct MeshLab {
     python: PathBuf,
 }
 
+/// What the Nexus builder took.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nexus {
+    /// Time of one run, from a mesh file to its own.
+    pub(crate) seconds: f64,
+    /// Bytes of its file, not compressed.
+    pub(crate) file: u64,
+}
+
 impl MeshLab {
     /// The interpreter, or a line that says what is missing.
     pub(crate) fn find() -> Result<MeshLab, String> {
@@ -61,18 +70,20 @@ impl MeshLab {
             .collect()
     }
 
-    /// Seconds that the Nexus builder takes to make `output` of a mesh file.
+    /// What the Nexus builder takes to make `output` of a mesh file.
     ///
     /// # Errors
     /// When the script fails.
-    pub(crate) fn nexus(&self, input: &Path, output: &Path) -> Result<f64, Box<dyn Error>> {
+    pub(crate) fn nexus(&self, input: &Path, output: &Path) -> Result<Nexus, Box<dyn Error>> {
         let mut command = self.command(&["nexus"]);
         command.arg(input).arg(output);
         let said = run(command)?;
         let last = said.lines().last().unwrap_or_default();
-        last.trim()
+        let seconds = last
+            .trim()
             .parse()
-            .map_err(|_not_a_number| format!("pymeshlab: expected seconds, found {last}").into())
+            .map_err(|_not_a_number| format!("pymeshlab: expected seconds, found {last}"))?;
+        Ok(Nexus { seconds, file: fs::metadata(output)?.len() })
     }
 
     fn command(&self, arguments: &[&str]) -> Command {

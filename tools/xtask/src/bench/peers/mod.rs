@@ -5,7 +5,7 @@ mod meshlab;
 mod simplify;
 
 pub(crate) use cluster_lod::{ClusterLod, build_only};
-pub(crate) use meshlab::MeshLab;
+pub(crate) use meshlab::{MeshLab, Nexus};
 pub(crate) use simplify::{keep_vertices, move_vertices};
 
 use crate::data::ply_out::Mesh;
