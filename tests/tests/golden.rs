@@ -199,6 +199,7 @@ fn sources() -> Vec<(&'static str, Soup, f32)> {
         ("1.0-moebius.fct", meshes::moebius(24), 0.02),
         ("1.0-coloured.fct", coloured, 0.03),
         ("1.1-chunks.fct", meshes::torus(20, 16, 4), 0.05),
+        ("1.2-shares.fct", meshes::torus(16, 10, 7), 0.05),
     ]
 }
 

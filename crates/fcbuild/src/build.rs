@@ -4,13 +4,14 @@ use crate::arcs::activity::Asking;
 use crate::arcs::corners::{self, Registered};
 use crate::arcs::curves::{self, Curves};
 use crate::arcs::{ClusterTree, activity, flaps, holes, loops::Loops};
+use crate::displacement::{self, promised};
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
 use crate::partition::{self, Hierarchy, SplitMode, Subtree};
 use crate::records::Records;
 use crate::tree_order::TreeMesh;
-use crate::{bounds, clusters, displacement};
+use crate::{bounds, clusters};
 use fct::{ChildRef, GroupRecord, Meta, TreeData, U32};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
@@ -279,11 +280,20 @@ fn build_prepared(
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
     }
+    let shares = promised::unasked(&mesh);
     mesh.forget_adjacency();
     tenths(9);
     loops.starts_at_end = Vec::new();
-    let displaced = displacement::displacements(&mesh, &splits, &loops, &nodes, &activity);
-    drop(nodes);
+    let mut displaced = displacement::displacements(&mesh, &splits, &loops, &nodes, &activity);
+    let around = promised::Clusters {
+        mesh: &mesh,
+        splits: &splits,
+        loops: &loops,
+        nodes: &nodes,
+        activity: &activity,
+    };
+    promised::share_out(&around, &shares, &mut displaced);
+    drop((nodes, shares));
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);

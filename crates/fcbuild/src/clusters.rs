@@ -165,7 +165,7 @@ pub(crate) fn pack(
         let mut decoded = packed.decoded(&plan);
         for (index, measured) in (i * DECODED_AT_ONCE..).zip(bounds) {
             let Some(node) = decoded.node(index as u32) else { continue };
-            measured.bound = round_up(f64::from(node.bound) / scale.0);
+            measured.raise_bound(round_up(f64::from(node.bound) / scale.0));
             measured.budget = round_up(f64::from(node.budget) / scale.0);
         }
     });

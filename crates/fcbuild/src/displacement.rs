@@ -12,15 +12,14 @@ use crate::bounds::NodeBounds;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use fcgeom::SymMat3;
-use fct::VertexRecord;
-use glam::{DMat3, DVec3, Vec3};
+use fct::{Displacement, ShortFloat};
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Displacements of one vertex, in normal units, at the two shares of its budget key.
-pub(crate) type Displacement = [Vec3; LEVELS];
+pub(crate) mod promised;
 
-const LEVELS: usize = VertexRecord::DISPLACED_AT.len();
+const LEVELS: usize = Displacement::AT.len();
 
 /// Subtrees of at most this many faces are one task.
 const TASK: usize = 16_384;
@@ -41,7 +40,7 @@ pub(crate) fn displacements(
     let around = Surroundings { mesh, splits, loops, bounds, keys, shared: shared_vertices(mesh) };
     let (tasks, above) = tasks(splits, bounds, mesh.faces.len());
     // Each task solves for the vertices that none but its own faces touch, and lists the rest.
-    let mut solved = vec![[Vec3::ZERO; LEVELS]; mesh.weld.len()];
+    let mut solved = vec![Displacement::default(); mesh.weld.len()];
     let mut rest = solved.as_mut_slice();
     let mut places = Vec::with_capacity(tasks.len());
     for task in &tasks {
@@ -64,7 +63,7 @@ pub(crate) fn displacements(
         }
     }
     for (vertex, pulls) in done.into_iter().flat_map(|task| task.border) {
-        solved[vertex] = pulls.each_ref().map(Pull::solve);
+        solved[vertex] = solve(&pulls, around.keys[vertex]);
     }
     for v in 0..solved.len() {
         solved[v] = solved[mesh.weld[v] as usize];
@@ -105,12 +104,18 @@ impl Pull {
         self.weight += other.weight;
     }
 
-    fn solve(&self) -> Vec3 {
+    fn solve(&self) -> DVec3 {
         let hold = SymMat3::IDENTITY * (HOLD * self.weight);
         let matrix: DMat3 = (self.matrix + hold).to_dmat3();
         let solved = matrix.inverse() * self.right;
-        if solved.is_finite() { solved.as_vec3() } else { Vec3::ZERO }
+        if solved.is_finite() { solved } else { DVec3::ZERO }
     }
+}
+
+/// What pulls at a vertex make of it, which has this budget key.
+fn solve(pulls: &[Pull; LEVELS], key: f32) -> Displacement {
+    let displaced = pulls.each_ref().map(|pull| pull.solve().to_array());
+    Displacement::encode(displaced, ShortFloat::up(f64::from(key)))
 }
 
 /// A vertex, a level, and what happens to it there.
@@ -233,8 +238,8 @@ impl Surroundings<'_> {
             }
         }
         let border = (0..pulls.len()).filter(|v| is_border[*v]).map(|v| (own.start + v, pulls[v])).collect();
-        for (solved, levels) in solved.iter_mut().zip(&pulls) {
-            *solved = levels.each_ref().map(Pull::solve);
+        for ((solved, levels), key) in solved.iter_mut().zip(&pulls).zip(&self.keys[own.clone()]) {
+            *solved = solve(levels, *key);
         }
         Task { own, border, foreign: summed(foreign), first_face, area }
     }
@@ -348,7 +353,7 @@ impl Surroundings<'_> {
 
     fn levels(&self, vertex: usize, key: f64, parent_key: f64) -> [bool; LEVELS] {
         let own = f64::from(self.keys[vertex]);
-        VertexRecord::DISPLACED_AT.map(|share| {
+        Displacement::AT.map(|share| {
             let tolerance = share * own;
             tolerance >= key && tolerance < parent_key && own.is_finite()
         })

@@ -3,12 +3,13 @@
 use crate::arcs::activity::Activity;
 use crate::arcs::loops::{LAST, Loops};
 use crate::clusters::{Outlined, PackedClusters, Scale};
-use crate::displacement::Displacement;
 use crate::error::Error;
 use crate::mesh::units::too_large;
 use crate::partition::{Split, Subtree};
 use crate::tree_order::TreeMesh;
-use fct::{BoundingPolygonRecord, GroupRecord, NormalRecord, Packed, U32, VertexRecord, WeldRecord};
+use fct::{
+    BoundingPolygonRecord, Displacement, GroupRecord, NormalRecord, Packed, U32, VertexRecord, WeldRecord,
+};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -44,7 +45,7 @@ impl Records {
         drop(loops);
         let vertices: Option<Vec<VertexRecord>> = (0..mesh.positions.len())
             .into_par_iter()
-            .map(|v| vertex_record(scale, mesh.stored(v as u32), &activity[v], &displaced[v]))
+            .map(|v| vertex_record(scale, mesh.stored(v as u32), &activity[v], displaced[v]))
             .collect();
         drop((activity, displaced));
         let TreeMesh { normals, colors, weld, .. } = mesh;
@@ -72,7 +73,7 @@ fn vertex_record(
     scale: Scale,
     position: Vec3,
     activity: &Activity,
-    displaced: &Displacement,
+    displacement: Displacement,
 ) -> Option<VertexRecord> {
     let center = (activity.sphere.center.as_dvec3() * scale.0).to_array();
     let radius = f64::from(activity.sphere.radius) * scale.0;
@@ -82,7 +83,8 @@ fn vertex_record(
         f64::from(activity.budget) * scale.0,
         (center, radius),
     )?;
-    Some(record.with_displacement(displaced.map(|d| (d.as_dvec3() * scale.0).to_array())))
+    // In shares of the key, which a power of two changes as much.
+    Some(VertexRecord { displacement, ..record })
 }
 
 /// The prisms of the outlined nodes, around their vertices as stored.

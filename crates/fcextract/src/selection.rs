@@ -70,18 +70,23 @@ impl Selection {
 
     /// Where to draw a vertex, in the tree's coordinates.
     ///
-    /// It is the vertex's own place, unless the selection is `displaced` and in [`Order::Budget`]: then it may lie
-    /// beside it, by a distance that follows from the vertex and the tolerance alone and vanishes with the tolerance.
-    /// A mesh drawn so is as free of cracks, and its mean error about a fifth smaller; its distance bound is
-    /// [`Selection::bound`] and the longest such step.
+    /// It is the vertex's own place, unless the selection is `displaced`: then it may lie beside it, by a distance that
+    /// follows from the vertex and the tolerance alone and vanishes with the tolerance. A mesh drawn so is as free of
+    /// cracks, and its mean error smaller by up to a fifth. In [`Order::Bound`] it keeps to the tolerance as it would in
+    /// place; that takes a tree that says how far vertices may go, see [`fct::Tree::promises_displaced`]. In
+    /// [`Order::Budget`] its distance bound is [`Selection::bound`] and the longest such step.
     pub fn position(&self, vertex: &VertexRecord) -> DVec3 {
         let place = DVec3::from_array(vertex.position().map(f64::from));
-        if !self.displaced || self.order != Order::Budget {
+        if !self.displaced {
             return place;
         }
         let sphere = || (DVec3::from_array(vertex.center()), vertex.radius());
         let allowed = self.allowed(sphere).unwrap_or(0.0);
-        place + DVec3::from_array(vertex.displaced(allowed))
+        place
+            + DVec3::from_array(match self.order {
+                Order::Bound => vertex.displaced_by_bound(allowed),
+                Order::Budget => vertex.displaced_by_budget(allowed),
+            })
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

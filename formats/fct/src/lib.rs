@@ -66,6 +66,7 @@ mod writer;
 
 pub use child::{Child, ChildRef};
 pub use chunk::{CHUNK_FACES, Chunk, ChunkData, ChunkFile, Crown, CrownChild, Patch, ReadAt};
+pub use displacement::Displacement;
 pub use error::{Error, Violation};
 pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
 #[cfg(feature = "command")]

@@ -5,6 +5,7 @@
 use zerocopy::little_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
+use crate::displacement::Displacement;
 use crate::octahedral::{FineNormalRecord, NormalRecord};
 use crate::plane::PlaneRecord;
 use crate::short_float::ShortFloat;
@@ -171,9 +172,8 @@ pub struct VertexRecord {
     pub radius: ShortFloat,
     /// The centre of that sphere less the position, in 1/128 of the radius.
     pub offset: [i8; 3],
-    /// Where to draw the vertex at tolerances of 0.7 and 0.35 of its budget key, less the position, in 1/256 of that
-    /// key; see [`VertexRecord::displaced`].
-    pub displacement: [[i8; 3]; 2],
+    /// Where to draw the vertex in coarse meshes, less the position.
+    pub displacement: Displacement,
 }
 
 impl VertexRecord {

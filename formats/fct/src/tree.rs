@@ -125,6 +125,11 @@ impl Tree {
         self.records(self.spans.vert.clone())
     }
 
+    /// Whether the vertices say how they may be displaced where distances are promised: since version 1.2.
+    pub fn promises_displaced(&self) -> bool {
+        self.header.minor >= 2
+    }
+
     /// The number of faces.
     pub fn face_count(&self) -> usize {
         // A face record has three bytes.

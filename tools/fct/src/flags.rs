@@ -59,6 +59,8 @@ Examples:
     fct export dragon.fct -o plan.ply --ortho 0.25 --pixels 1 --height 1080
   0.0002 in a ball of radius 0.05, elsewhere 0.01:
     fct export dragon.fct -o head.ply --error 0.01 --region -0.08,0.15,0,0.05=0.0002
+  Only vertices of the input, as a part of their own:
+    fct export dragon.fct -o subset.ply --error 0.001 --in-place
   A mean square distance of at most 1e-9:
     fct export dragon.fct -o flat.ply --epsilon 1e-9
 
@@ -66,7 +68,9 @@ Lengths and places are in the unit of the input; `fct info` shows the model's
 box. A number of triangles is met exactly or missed by up to four. The bound
 that is printed is the largest among the clusters. --error, --eye and --ortho
 choose clusters by it; --triangles and --clusters spend their budget by the mean
-error, and --epsilon holds the mean error, so that their bound is loose.
+error, and --epsilon holds the mean error, so that their bound is loose. All but
+--epsilon draw vertices a little beside their places, nearer to the surface,
+and --error, --eye and --ortho only as far as the bound allows.
 
 The hashes of the whole file are checked first, and nothing is made of damaged
 bytes; `fct verify` checks every rule besides.
@@ -177,6 +181,9 @@ pub(crate) struct ExportFlags {
     /// An error of its own in a ball, finer or coarser than elsewhere; where several overlap, the smallest holds
     #[arg(long, value_name = "X,Y,Z,R=DIST", value_parser = ball, requires = "tolerance", conflicts_with = "budget", allow_hyphen_values = true)]
     region: Vec<Ball>,
+    /// Draw vertices at their places in the input, not beside them where that is nearer to the surface
+    #[arg(long)]
+    in_place: bool,
 }
 
 impl ExportFlags {
@@ -226,6 +233,7 @@ impl ExportFlags {
             format,
             detail,
             regions: self.region.clone(),
+            in_place: self.in_place,
         })
     }
 

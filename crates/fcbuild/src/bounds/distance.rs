@@ -8,7 +8,9 @@
 //! the nearest of its corners, vertices that are drawn whenever the cluster is. The other way, a triangle between points
 //! of a ball is nowhere farther from the nearest of them than the ball's radius.
 
+use super::slack::Slack;
 use fcgeom::Quads;
+use fct::FineNormalRecord;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -17,11 +19,17 @@ pub(super) const MIN_FACING: f32 = 0.01;
 
 /// 1 / cos(10 degrees): how much farther than either slab a point can be from a chord between two polygons that meet
 /// at up to 20 degrees. Steeper meetings keep their vertices besides, see [`crate::arcs::flaps`].
-const RIDGE: f64 = 1.0155;
+pub(crate) const RIDGE: f64 = 1.0155;
+
+/// How much larger bounds are than what is measured, for vertices that are drawn beside their places: with nothing to
+/// spare hardly any could be moved, with a hundredth more or less most go where they are best.
+pub(super) const EASE: f64 = 1.03;
 
 /// A cluster along one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slab {
+    /// The direction as it is kept.
+    stored: FineNormalRecord,
     /// Unit length.
     pub(super) direction: DVec3,
     /// Heights between which the cluster's border lies, and with it every polygon.
@@ -45,7 +53,14 @@ impl Slab {
 
     /// How far polygon and surface may be from each other.
     pub(super) fn bound(&self) -> f64 {
-        (self.height() * RIDGE).max(self.least)
+        EASE * (self.height() * RIDGE).max(self.least)
+    }
+
+    /// What the bound leaves to displaced vertices.
+    pub(super) fn slack(&self) -> Slack {
+        let along = self.bound() / RIDGE;
+        let room = [along - (self.border.1 - self.extent.0), along - (self.extent.1 - self.border.0)];
+        Slack::of_slab(self.stored, room, self.least, self.bound())
     }
 
     /// Widens the extent to a height.
@@ -68,11 +83,12 @@ pub(super) fn slab(
     inside: Range<usize>,
 ) -> Option<Slab> {
     let along = |direction: Vec3| {
-        let direction = direction.as_dvec3();
+        let stored = FineNormalRecord::encode(direction.to_array());
+        let direction = DVec3::from_array(stored.direction());
         let border = points.extent(border.clone(), direction);
         let inside = points.extent(inside.clone(), direction);
         let extent = (inside.0.min(border.0), inside.1.max(border.1));
-        Slab { direction, border, extent, least: 0.0 }
+        Slab { stored, direction, border, extent, least: 0.0 }
     };
     let slabs = directions.into_iter().flatten().map(along);
     slabs.reduce(|best, other| if other.bound() < best.bound() { other } else { best })

@@ -6,6 +6,8 @@ mod hull;
 mod node;
 mod outliers;
 mod overhang;
+mod slack;
 
+pub(crate) use distance::RIDGE;
 pub use node::{Above, Cluster, Measurer, NodeBounds};
 pub use outliers::raise_keys;

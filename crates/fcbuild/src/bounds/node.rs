@@ -1,7 +1,8 @@
 //! The bounds of a node, in two steps: what its faces alone tell, then what must be nested over the tree.
 
-use super::distance;
+use super::distance::{self, EASE};
 use super::overhang::Overhang;
+use super::slack::Slack;
 use crate::arcs::loops::LAST;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
@@ -25,6 +26,8 @@ pub struct NodeBounds {
     pub follows_cone: bool,
     /// Whether the cluster's own cone is narrow.
     pub narrow_cone: bool,
+    /// What the bound leaves to displaced vertices.
+    pub slack: Slack,
 }
 
 impl NodeBounds {
@@ -35,6 +38,7 @@ impl NodeBounds {
         from_corners: true,
         follows_cone: false,
         narrow_cone: false,
+        slack: Slack::NONE,
     };
 
     /// Whether no two clusters or faces in the node's subtree meet at more than 20 degrees.
@@ -44,10 +48,17 @@ impl NodeBounds {
         self.follows_cone && self.narrow_cone
     }
 
+    /// Raises the bound to at least this.
+    pub fn raise_bound(&mut self, bound: f32) {
+        let raised = self.bound.max(bound);
+        self.slack = self.slack.raised(self.bound, raised);
+        self.bound = raised;
+    }
+
     /// Nests the bounds of a node over those of its children: keys not below theirs.
     pub fn nest(&mut self, children: [Option<&NodeBounds>; 2]) {
         for child in children.into_iter().flatten() {
-            self.bound = self.bound.max(child.bound);
+            self.raise_bound(child.bound);
             self.budget = self.budget.max(child.budget);
             self.follows_cone &= child.follows_cone;
         }
@@ -114,6 +125,7 @@ impl<'a> Measurer<'a> {
         let vertex = |h: &u32| mesh.positions[corner_vertices[(h & !LAST) as usize] as usize];
         let (cone, along_plane) = self.cone(split, &at.faces);
         let mut bound = None;
+        let mut slack = Slack::NONE;
         let mut added: &[u32] = &[];
         self.corners.clear();
         let is_corner = |h: &&u32| at.registered[(**h & !LAST) as usize - 3 * at.faces.start];
@@ -135,6 +147,7 @@ impl<'a> Measurer<'a> {
                 if let Some(mut slab) = distance::slab(directions, &self.points, 0..inside, inside..end) {
                     added = self.overhang.widen(mesh, at, &mut slab, above);
                     bound = Some(slab.bound());
+                    slack = slab.slack();
                 }
             }
             if bound.is_none() {
@@ -150,14 +163,17 @@ impl<'a> Measurer<'a> {
                 let there =
                     distance::from_corners(&self.points, longest_edge(mesh, &at.faces), &mut self.corners);
                 let border = Sphere::of_points(at.loops.iter().map(vertex));
-                there.max(f64::from(border.radius))
+                let own = there.max(f64::from(border.radius));
+                slack = Slack::of_folded(own);
+                EASE * own
             }
         };
         let budget = if bound == f64::INFINITY { f32::INFINITY } else { split.key };
+        // Rounding leaves more of it, not less.
         let bound = round_up(bound);
         let follows_cone = !from_corners && split.normal.dot(cone.axis) > FOLLOWS;
         let narrow_cone = cone.cos > FLAT_CONE;
-        (NodeBounds { bound, budget, from_corners, follows_cone, narrow_cone }, cone, added)
+        (NodeBounds { bound, budget, from_corners, follows_cone, narrow_cone, slack }, cone, added)
     }
 
     /// The cone of some faces' normals, and whether the plane of their cluster has a side that all of them show.

@@ -108,7 +108,7 @@ pub(crate) fn select(
     let by = |scale: Scale| Selection { tolerance: scale.tolerance(tree), regions, ..Selection::full() };
     let selection = match *detail {
         Detail::Full | Detail::Budgets(..) => Selection::full(),
-        Detail::Within(scale) => by(scale),
+        Detail::Within(scale) => Selection { displaced: tree.promises_displaced(), ..by(scale) },
         Detail::Epsilon(scale) => by_epsilon(tree, by(scale))?,
     };
     extract(tree, &selection, cut)?;

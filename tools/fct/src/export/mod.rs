@@ -11,7 +11,7 @@ use crate::SCHEMA;
 use crate::counted::counted;
 use crate::error::Error;
 pub(crate) use detail::{Ball, Detail, Scale};
-use fcextract::{Budget, Extraction};
+use fcextract::{Budget, Extraction, Order, Selection, Tolerance};
 use fct::grouped;
 use fct::{Interrupt, Tree};
 use mesh::Mesh;
@@ -40,6 +40,8 @@ pub(crate) struct Settings {
     pub(crate) detail: Detail,
     /// Where they are finer or coarser than that.
     pub(crate) regions: Vec<Ball>,
+    /// Whether vertices are drawn at their places in the input.
+    pub(crate) in_place: bool,
 }
 
 /// One mesh file.
@@ -122,12 +124,13 @@ fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
 /// Selects, and writes the mesh into `file`.
 fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Result<Exported, Error> {
     let mut cut = Extraction::default();
-    let (selection, next) = match (&settings.detail, output.budget) {
+    let (mut selection, next) = match (&settings.detail, output.budget) {
         (Detail::Budgets(_, eye), Some(budget)) => {
             detail::select_within(tree, budget, *eye, &settings.input, &mut cut)?
         }
         (detail, _) => (detail::select(tree, detail, &settings.regions, &mut cut)?, None),
     };
+    selection.displaced &= !settings.in_place;
     let mesh = Mesh::new(tree, &cut, &selection)?;
     if mesh.triangles().is_empty() {
         return Err(Error::Empty);
@@ -147,12 +150,26 @@ fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Resu
         vertices: mesh.buffers.positions.len() as u64,
         clusters: cut.stats.clusters,
         collapsed: mesh.buffers.collapsed,
-        bound: f64::from(selection.bound(tree, &cut.stats)?) + mesh.buffers.longest_step,
+        bound: bound(tree, &cut, &selection, &mesh)?,
         chosen_by: match settings.detail {
             Detail::Full | Detail::Within(_) => ChosenBy::Bound,
             Detail::Epsilon(_) => ChosenBy::Epsilon,
             Detail::Budgets(..) => ChosenBy::Budget,
         },
+    })
+}
+
+/// What the mesh is bounded by.
+fn bound(tree: &Tree, cut: &Extraction, selection: &Selection, mesh: &Mesh) -> Result<f64, Error> {
+    let moved = f64::from(selection.bound(tree, &cut.stats)?) + mesh.buffers.longest_step;
+    Ok(match selection.tolerance {
+        // Displaced vertices keep to the tolerance, whatever part of it is theirs.
+        Tolerance::Uniform { distance }
+            if selection.order == Order::Bound && selection.regions.is_empty() =>
+        {
+            moved.min(distance)
+        }
+        _ => moved,
     })
 }
 

@@ -50,7 +50,8 @@ pub(crate) fn within(tree: &Tree, triangles: u64, order: Order) -> Result<Drawn,
         Order::Budget => fit(tree, Selection::by_budget(), Budget::Triangles(triangles), &mut cut)?.0,
         Order::Bound => {
             let distance = tolerance(tree, triangles, &mut cut)?;
-            let selection = Selection::uniform(distance, Order::Bound);
+            let displaced = tree.promises_displaced();
+            let selection = Selection { displaced, ..Selection::uniform(distance, Order::Bound) };
             extract(tree, &selection, &mut cut)?;
             selection
         }

@@ -1,0 +1,208 @@
+//! How much of its displacement a vertex may be drawn with where distances are promised.
+//!
+//! A cluster's bound holds for polygons whose vertices lie on its border. Drawn beside their places, they take the
+//! polygon's points with them: each moves by a mean of the steps of three vertices. So it is enough to look at one vertex
+//! at a time: if none leaves what a cluster's bound allows, no point of the polygon does; `docs/bound.md` has the
+//! argument. Each cluster allows a vertex a largest share of its steps, and the least of these is stored.
+
+use super::Displacement;
+use crate::arcs::activity::Activity;
+use crate::arcs::loops::{LAST, Loops};
+use crate::bounds::{NodeBounds, RIDGE};
+use crate::mesh::NONE;
+use crate::partition::Split;
+use crate::tree_order::TreeMesh;
+use fct::ShortFloat;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+/// A vertex moves by at most this part of what is allowed there: a face is a cluster that is without error of its own.
+const MOST: f64 = 0.25;
+
+/// The share of each welded vertex before any cluster is asked: vertices of open edges and seams have none, because
+/// nothing lies beyond them that would cover what they leave.
+pub(crate) fn unasked(mesh: &TreeMesh) -> Vec<AtomicU8> {
+    let shares: Vec<AtomicU8> = mesh.weld.iter().map(|_| AtomicU8::new(Displacement::WHOLE)).collect();
+    for h in (0..mesh.opposite.len() as u32).filter(|h| mesh.opposite[*h as usize] == NONE) {
+        for v in [mesh.origin(h), mesh.target(h)] {
+            shares[mesh.weld[v as usize] as usize].store(0, Ordering::Relaxed);
+        }
+    }
+    shares
+}
+
+/// Vertices and the clusters around them, with their final keys and bounds.
+pub(crate) struct Clusters<'a> {
+    pub(crate) mesh: &'a TreeMesh,
+    pub(crate) splits: &'a [Split],
+    pub(crate) loops: &'a Loops,
+    pub(crate) nodes: &'a [NodeBounds],
+    pub(crate) activity: &'a [Activity],
+}
+
+/// Writes into each displacement the share that all clusters allow. The least of some numbers does not depend on the order
+/// in which threads find them.
+pub(crate) fn share_out(around: &Clusters<'_>, shares: &[AtomicU8], displaced: &mut [Displacement]) {
+    let weld = &around.mesh.weld;
+    let limit = |v: usize, share: f64| {
+        shares[v].fetch_min((share * f64::from(Displacement::WHOLE)) as u8, Ordering::Relaxed);
+    };
+    (0..displaced.len()).into_par_iter().filter(|v| weld[*v] as usize == *v).for_each(|v| {
+        let vertex = Vertex::new(displaced[v], &around.activity[v]);
+        limit(v, vertex.share(0.0, |step, allowed| MOST * allowed / step.length()));
+        if displaced[v].is_none() {
+            shares[v].store(0, Ordering::Relaxed);
+        }
+    });
+    (0..around.splits.len()).into_par_iter().for_each(|node| {
+        if around.splits[node].joins_components || !around.nodes[node].bound.is_finite() {
+            return;
+        }
+        let cluster = Cluster::new(around, node);
+        for h in around.loops.of_node(node) {
+            let place = around.mesh.origin(h & !LAST) as usize;
+            let v = weld[place] as usize;
+            if shares[v].load(Ordering::Relaxed) > 0 {
+                let vertex = Vertex::new(displaced[v], &around.activity[v]);
+                limit(v, cluster.share(&vertex, around.mesh.positions[place].as_dvec3()));
+            }
+        }
+    });
+    for (own, w) in displaced.iter_mut().zip(weld) {
+        *own = own.with_share(shares[*w as usize].load(Ordering::Relaxed));
+    }
+}
+
+/// A cluster as its vertices see it.
+struct Cluster<'a> {
+    node: &'a NodeBounds,
+    bound: f64,
+    direction: DVec3,
+    /// Heights between which its border lies.
+    low: f64,
+    high: f64,
+}
+
+impl Cluster<'_> {
+    fn new<'a>(around: &Clusters<'a>, node: usize) -> Cluster<'a> {
+        let own = &around.nodes[node];
+        let direction = own.slack.direction();
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        if !own.from_corners {
+            for h in around.loops.of_node(node) {
+                let place = around.mesh.positions[around.mesh.origin(h & !LAST) as usize];
+                let height = direction.dot(place.as_dvec3());
+                (low, high) = (low.min(height), high.max(height));
+            }
+        }
+        Cluster { node: own, bound: f64::from(own.bound), direction, low, high }
+    }
+
+    /// The share that the cluster allows to a vertex of its border.
+    fn share(&self, vertex: &Vertex, place: DVec3) -> f64 {
+        let slack = &self.node.slack;
+        let height = self.direction.dot(place);
+        vertex.share(self.bound, |step, allowed| {
+            let beside = slack.step(self.bound, allowed) / step.length();
+            if self.node.from_corners {
+                return beside;
+            }
+            let up = step.dot(self.direction);
+            let across = (step - self.direction * up).length_squared();
+            let most = allowed / RIDGE;
+            // Above the vertex there is so much room, below it the other; the surface is never farther than what is left.
+            let [above, below] = slack.room(self.bound, allowed);
+            let from_lowest = most - above - (self.high - height);
+            let from_highest = most - below - (height - self.low);
+            beside.min(reaching(most, from_lowest, up, across)).min(reaching(most, from_highest, -up, across))
+        })
+    }
+}
+
+/// The largest share of a step, `up` high and across by this length squared, that ends within `most` of a point which is
+/// `below` its start; 0 if the start is not.
+fn reaching(most: f64, below: f64, up: f64, across: f64) -> f64 {
+    let (square, left) = (up * up + across, most * most - below * below);
+    if below > 0.0 && left < 0.0 {
+        return 0.0;
+    }
+    let middle = below * up;
+    ((middle * middle + square * left).max(0.0).sqrt() - middle) / square
+}
+
+/// A vertex as a reader will see it, but for a power of two.
+struct Vertex {
+    displacement: Displacement,
+    bound: f64,
+    budget: f64,
+}
+
+impl Vertex {
+    fn new(displacement: Displacement, activity: &Activity) -> Vertex {
+        let [bound, budget] =
+            [activity.bound, activity.budget].map(|key| f64::from(ShortFloat::up(f64::from(key)).get()));
+        Vertex { displacement, bound, budget }
+    }
+
+    /// The largest share, at most 1, that `allows` gives its steps at all tolerances from `bound` on. The smaller steps
+    /// that it takes below, where its own sphere is nearer to an eye than the cluster's, are allowed then too.
+    ///
+    /// `allows` says how much of a step is allowed at a tolerance. It must describe a convex set that grows with the
+    /// tolerance: between the places where displacements are stored, steps are means of these.
+    fn share(&self, bound: f64, allows: impl Fn(DVec3, f64) -> f64) -> f64 {
+        if self.displacement.is_none() || !(self.bound.is_finite() && self.budget.is_finite()) {
+            return 1.0;
+        }
+        let [high, low] = Displacement::AT.map(|at| at * self.bound);
+        let mut share = 1.0_f64;
+        for tolerance in [bound, high, low] {
+            let step = DVec3::from_array(self.displacement.at(tolerance / self.bound)) * self.budget;
+            if step != DVec3::ZERO {
+                share = share.min(allows(step, tolerance.max(bound)));
+            }
+        }
+        share.max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_ends_where_the_distance_is_reached() {
+        for (below, up, across) in [
+            (0.0, 1.0, 0.0),
+            (0.5, 1.0, 0.0),
+            (0.5, -1.0, 0.3),
+            (0.9, 0.2, 0.8),
+            (-0.4, 0.7, 0.1),
+            (1.0, -0.5, 0.1),
+        ] {
+            let share = reaching(1.0, below, up, across);
+            let end = f64::hypot(below + share * up, share * f64::sqrt(across));
+            assert!(share > 0.0 && (end - 1.0).abs() < 1e-12, "{below} {up} {across}: {share}, {end}");
+        }
+        assert_eq!(reaching(1.0, 1.1, -1.0, 0.0), 0.0);
+        // Away from a point as far as is allowed.
+        assert_eq!(reaching(1.0, 1.0, 0.5, 0.1), 0.0);
+    }
+
+    #[test]
+    fn no_step_at_any_tolerance_is_longer_than_allowed() {
+        let displacement = Displacement::encode([[0.3, -0.4, 0.2], [-0.1, 0.3, 0.3]], ShortFloat::up(1.0));
+        let vertex = Vertex { displacement, bound: 1.3, budget: 1.0 };
+        for bound in [0.0, 0.1, 0.4, 0.8, 1.5] {
+            let share = vertex.share(bound, |step, allowed| 0.3 * allowed / step.length());
+            assert!(share < 1.0);
+            let reach = |i: u32| {
+                let tolerance = f64::from(i) * 1e-3;
+                let step = share * DVec3::from_array(displacement.at(tolerance / 1.3)).length();
+                step / (0.3 * tolerance.max(bound))
+            };
+            let most = (1..2_000).map(reach).fold(0.0, f64::max);
+            assert!((most - 1.0).abs() < 1e-6, "{bound}: {most}");
+        }
+    }
+}
