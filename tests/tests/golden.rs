@@ -79,6 +79,15 @@ const GOLDEN: &[Golden] = &[
         clusters: 224,
         coarse: 0x907ee6adca21cc17,
     },
+    Golden {
+        name: "1.2-shares.fct",
+        faces: 320,
+        vertices: 160,
+        full: 0x8581573687146bf1,
+        tolerance: 0.05,
+        clusters: 221,
+        coarse: 0x4d45fb29fee02864,
+    },
 ];
 
 fn folder() -> PathBuf {
