@@ -55,23 +55,32 @@ pub(crate) fn share_out(around: &Clusters<'_>, shares: &[AtomicU8], displaced: &
             shares[v].store(0, Ordering::Relaxed);
         }
     });
-    (0..around.splits.len()).into_par_iter().for_each(|node| {
+    (0..around.splits.len()).into_par_iter().for_each_init(Vec::new, |memory, node| {
         if around.splits[node].joins_components || !around.nodes[node].bound.is_finite() {
             return;
         }
-        let cluster = Cluster::new(around, node);
-        for h in around.loops.of_node(node) {
+        let border = around.loops.read(node, memory);
+        let cluster = Cluster::new(around, node, border);
+        for h in border {
             let place = around.mesh.origin(h & !LAST) as usize;
             let v = weld[place] as usize;
-            if shares[v].load(Ordering::Relaxed) > 0 {
+            let now = shares[v].load(Ordering::Relaxed);
+            if now > 0 {
                 let vertex = Vertex::new(displaced[v], &around.activity[v]);
-                limit(v, cluster.share(&vertex, around.mesh.positions[place].as_dvec3()));
+                let share = cluster.share(&vertex, around.mesh.positions[place].as_dvec3(), of_whole(now));
+                if share < of_whole(now) {
+                    limit(v, share);
+                }
             }
         }
     });
     for (own, w) in displaced.iter_mut().zip(weld) {
         *own = own.with_share(shares[*w as usize].load(Ordering::Relaxed));
     }
+}
+
+fn of_whole(share: u8) -> f64 {
+    f64::from(share) / f64::from(Displacement::WHOLE)
 }
 
 /// A cluster as its vertices see it.
@@ -85,12 +94,12 @@ struct Cluster<'a> {
 }
 
 impl Cluster<'_> {
-    fn new<'a>(around: &Clusters<'a>, node: usize) -> Cluster<'a> {
+    fn new<'a>(around: &Clusters<'a>, node: usize, border: &[u32]) -> Cluster<'a> {
         let own = &around.nodes[node];
         let direction = own.slack.direction();
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         if !own.from_corners {
-            for h in around.loops.of_node(node) {
+            for h in border {
                 let place = around.mesh.positions[around.mesh.origin(h & !LAST) as usize];
                 let height = direction.dot(place.as_dvec3());
                 (low, high) = (low.min(height), high.max(height));
@@ -99,22 +108,27 @@ impl Cluster<'_> {
         Cluster { node: own, bound: f64::from(own.bound), direction, low, high }
     }
 
-    /// The share that the cluster allows to a vertex of its border.
-    fn share(&self, vertex: &Vertex, place: DVec3) -> f64 {
+    /// The share that the cluster allows to a vertex of its border, at most 1; 1 for any from `now` on.
+    fn share(&self, vertex: &Vertex, place: DVec3, now: f64) -> f64 {
         let slack = &self.node.slack;
         let height = self.direction.dot(place);
         vertex.share(self.bound, |step, allowed| {
-            let beside = slack.step(self.bound, allowed) / step.length();
+            let (length, most) = (step.length(), allowed / RIDGE);
+            let beside = slack.step(self.bound, allowed) / length;
             if self.node.from_corners {
                 return beside;
             }
             let up = step.dot(self.direction);
-            let across = (step - self.direction * up).length_squared();
-            let most = allowed / RIDGE;
+            let across = (length * length - up * up).max(0.0);
             // Above the vertex there is so much room, below it the other; the surface is never farther than what is left.
             let [above, below] = slack.room(self.bound, allowed);
             let from_lowest = most - above - (self.high - height);
             let from_highest = most - below - (height - self.low);
+            // Most steps are allowed as they are: that is sooner seen than how far they might go.
+            let ends = |below: f64, up: f64| (below + now * up).powi(2) + now * now * across;
+            if ends(from_lowest, up).max(ends(from_highest, -up)) <= most * most && now <= beside {
+                return 1.0;
+            }
             beside.min(reaching(most, from_lowest, up, across)).min(reaching(most, from_highest, -up, across))
         })
     }
@@ -139,6 +153,7 @@ struct Vertex {
 }
 
 impl Vertex {
+    #[inline]
     fn new(displacement: Displacement, activity: &Activity) -> Vertex {
         let [bound, budget] =
             [activity.bound, activity.budget].map(|key| f64::from(ShortFloat::up(f64::from(key)).get()));
