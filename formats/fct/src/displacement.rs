@@ -47,7 +47,7 @@ impl Displacement {
                 // A longer one keeps its direction.
                 let fit = if longest > LONGEST * unit { LONGEST * unit / longest } else { 1.0 };
                 #[allow(clippy::cast_possible_truncation, reason = "at most 63")]
-                d.map(|x| (0.5 * x * fit / unit).round() as i8 * 2)
+                d.map(|x| ((0.5 * x * fit / unit).round() as i8) << 1)
             } else {
                 [0; 3]
             }
@@ -77,8 +77,7 @@ impl Displacement {
     /// The displacement at a tolerance of so many keys, in budget keys.
     #[inline]
     pub fn at(self, tolerance: f64) -> [f64; 3] {
-        // Neither nothing nor NaN.
-        if !(tolerance > 0.0) {
+        if tolerance.is_nan() || tolerance <= 0.0 {
             return [0.0; 3];
         }
         let [high, low] = Self::AT;
