@@ -3,6 +3,7 @@
 mod commands;
 
 use commands::{accept, binary, folder, names, ply, refuse, run, sample};
+use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -355,6 +356,38 @@ fn a_tree_exported_and_built_again_has_the_same_faces() {
     }
     let left: Vec<_> = names(at).into_iter().filter(|n| n.starts_with('.')).collect();
     assert!(left.is_empty(), "{left:?}");
+}
+
+/// The lines of a kind in an OBJ file.
+fn lines(path: &Path, kind: &str) -> Vec<String> {
+    let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{e}"));
+    text.lines().filter(|line| line.starts_with(kind)).map(str::to_owned).collect()
+}
+
+/// With `--in-place` there are vertices of the input only; without, the same triangles may lie beside them.
+#[test]
+fn vertices_stay_where_that_is_asked_for() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    accept(at, &format!("fcbuild {} -o a.fct", sample("sculpture.ply").display()));
+    accept(at, "fct export a.fct -o full.obj");
+    let input: HashSet<String> = lines(&at.join("full.obj"), "v ").into_iter().collect();
+    for detail in ["--error 0.02", "--eye 0,1,9 --pixels 2", "--triangles 3000"] {
+        let bound = |name: &str, more: &str| {
+            let said = accept(at, &format!("fct export a.fct -o {name} --force --json {detail} {more}"));
+            let json: serde_json::Value = serde_json::from_str(&said.out).unwrap_or_else(|e| panic!("{e}"));
+            json["meshes"][0]["bound"].as_f64().expect("a bound")
+        };
+        let bounds = [bound("moved.obj", ""), bound("kept.obj", "--in-place")];
+        let [moved, kept] = ["moved.obj", "kept.obj"].map(|name| at.join(name));
+        assert_eq!(lines(&moved, "f ").len(), lines(&kept, "f ").len(), "{detail}");
+        assert!(lines(&kept, "v ").iter().all(|v| input.contains(v)), "{detail}: all are the input's");
+        assert!(lines(&moved, "v ").iter().any(|v| !input.contains(v)), "{detail}: some are moved");
+        assert!(bounds[1] <= bounds[0], "{detail}: {bounds:?}");
+        if detail.starts_with("--error") {
+            assert!(bounds[0] <= 0.02, "{detail}: {bounds:?}");
+        }
+    }
 }
 
 /// Meshes of several sizes come from one command, all or none of them.

@@ -284,15 +284,9 @@ fn build_prepared(
     mesh.forget_adjacency();
     tenths(9);
     loops.starts_at_end = Vec::new();
-    let mut displaced = displacement::displacements(&mesh, &splits, &loops, &nodes, &activity);
-    let around = promised::Clusters {
-        mesh: &mesh,
-        splits: &splits,
-        loops: &loops,
-        nodes: &nodes,
-        activity: &activity,
-    };
-    promised::share_out(&around, &shares, &mut displaced);
+    let tree = ClusterTree { mesh: &mesh, splits: &splits, loops: &loops, nodes: &nodes, keys: &activity };
+    let mut displaced = displacement::displacements(tree);
+    promised::share_out(tree, &shares, &mut displaced);
     drop((nodes, shares));
     clock.lap(Phase::Bounds);
 

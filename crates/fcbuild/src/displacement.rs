@@ -6,7 +6,7 @@
 //! polygon, so that a saddle, whose corners are right in the mean, stays. It is a least-squares problem of three
 //! unknowns for each vertex and tolerance, held at its place where the planes do not tell.
 
-use crate::arcs::activity::Activity;
+use crate::arcs::ClusterTree;
 use crate::arcs::loops::{LAST, Loops};
 use crate::bounds::NodeBounds;
 use crate::partition::Split;
@@ -28,14 +28,9 @@ const TASK: usize = 16_384;
 /// vertices slide along nearly parallel planes, more leaves them where they are.
 const HOLD: f64 = 0.01;
 
-/// Finds the displacements of all vertices. `bounds` are nested; copies along seams get the same.
-pub(crate) fn displacements(
-    mesh: &TreeMesh,
-    splits: &[Split],
-    loops: &Loops,
-    bounds: &[NodeBounds],
-    activity: &[Activity],
-) -> Vec<Displacement> {
+/// Finds the displacements of all vertices of a tree whose keys are final; copies along seams get the same.
+pub(crate) fn displacements(tree: ClusterTree<'_>) -> Vec<Displacement> {
+    let ClusterTree { mesh, splits, loops, nodes: bounds, keys: activity } = tree;
     let keys = activity.iter().map(|a| a.budget).collect();
     let around = Surroundings { mesh, splits, loops, bounds, keys, shared: shared_vertices(mesh) };
     let (tasks, above) = tasks(splits, bounds, mesh.faces.len());

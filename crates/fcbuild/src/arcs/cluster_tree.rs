@@ -1,4 +1,4 @@
-//! The tree as those see it who find records for vertices, and their walk down it.
+//! The measured tree as those see it who look for vertices, and the walk down it of those who find records.
 
 use super::activity::Activity;
 use super::curves::CurveRecord;
@@ -18,7 +18,7 @@ pub struct ClusterTree<'a> {
     pub loops: &'a Loops,
     /// Their bounds.
     pub nodes: &'a [NodeBounds],
-    /// The welded vertices' records as far as splits register them.
+    /// The welded vertices' records, as far as they are known.
     pub keys: &'a [Activity],
 }
 

@@ -21,8 +21,8 @@ pub(super) const MIN_FACING: f32 = 0.01;
 /// at up to 20 degrees. Steeper meetings keep their vertices besides, see [`crate::arcs::flaps`].
 pub(crate) const RIDGE: f64 = 1.0155;
 
-/// How much larger bounds are than what is measured, for vertices that are drawn beside their places: with nothing to
-/// spare hardly any could be moved, with a hundredth more or less most go where they are best.
+/// How much larger bounds are than what is measured: room for vertices that are drawn beside their places. Without any
+/// nearly all of them would have to stay; twice as much lets them go hardly farther.
 pub(super) const EASE: f64 = 1.03;
 
 /// A cluster along one direction.

@@ -6,11 +6,11 @@
 //! argument. Each cluster allows a vertex a largest share of its steps, and the least of these is stored.
 
 use super::Displacement;
+use crate::arcs::ClusterTree;
 use crate::arcs::activity::Activity;
-use crate::arcs::loops::{LAST, Loops};
+use crate::arcs::loops::LAST;
 use crate::bounds::{NodeBounds, RIDGE};
 use crate::mesh::NONE;
-use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use fct::ShortFloat;
 use glam::DVec3;
@@ -32,42 +32,33 @@ pub(crate) fn unasked(mesh: &TreeMesh) -> Vec<AtomicU8> {
     shares
 }
 
-/// Vertices and the clusters around them, with their final keys and bounds.
-pub(crate) struct Clusters<'a> {
-    pub(crate) mesh: &'a TreeMesh,
-    pub(crate) splits: &'a [Split],
-    pub(crate) loops: &'a Loops,
-    pub(crate) nodes: &'a [NodeBounds],
-    pub(crate) activity: &'a [Activity],
-}
-
 /// Writes into each displacement the share that all clusters allow. The least of some numbers does not depend on the order
 /// in which threads find them.
-pub(crate) fn share_out(around: &Clusters<'_>, shares: &[AtomicU8], displaced: &mut [Displacement]) {
-    let weld = &around.mesh.weld;
+pub(crate) fn share_out(tree: ClusterTree<'_>, shares: &[AtomicU8], displaced: &mut [Displacement]) {
+    let weld = &tree.mesh.weld;
     let limit = |v: usize, share: f64| {
         shares[v].fetch_min((share * f64::from(Displacement::WHOLE)) as u8, Ordering::Relaxed);
     };
     (0..displaced.len()).into_par_iter().filter(|v| weld[*v] as usize == *v).for_each(|v| {
-        let vertex = Vertex::new(displaced[v], &around.activity[v]);
+        let vertex = Vertex::new(displaced[v], &tree.keys[v]);
         limit(v, vertex.share(0.0, |step, allowed| MOST * allowed / step.length()));
         if displaced[v].is_none() {
             shares[v].store(0, Ordering::Relaxed);
         }
     });
-    (0..around.splits.len()).into_par_iter().for_each_init(Vec::new, |memory, node| {
-        if around.splits[node].joins_components || !around.nodes[node].bound.is_finite() {
+    (0..tree.splits.len()).into_par_iter().for_each_init(Vec::new, |memory, node| {
+        if tree.splits[node].joins_components || !tree.nodes[node].bound.is_finite() {
             return;
         }
-        let border = around.loops.read(node, memory);
-        let cluster = Cluster::new(around, node, border);
+        let border = tree.loops.read(node, memory);
+        let cluster = Cluster::new(tree, node, border);
         for h in border {
-            let place = around.mesh.origin(h & !LAST) as usize;
+            let place = tree.mesh.origin(h & !LAST) as usize;
             let v = weld[place] as usize;
             let now = shares[v].load(Ordering::Relaxed);
             if now > 0 {
-                let vertex = Vertex::new(displaced[v], &around.activity[v]);
-                let share = cluster.share(&vertex, around.mesh.positions[place].as_dvec3(), of_whole(now));
+                let vertex = Vertex::new(displaced[v], &tree.keys[v]);
+                let share = cluster.share(&vertex, tree.mesh.positions[place].as_dvec3(), of_whole(now));
                 if share < of_whole(now) {
                     limit(v, share);
                 }
@@ -94,13 +85,13 @@ struct Cluster<'a> {
 }
 
 impl Cluster<'_> {
-    fn new<'a>(around: &Clusters<'a>, node: usize, border: &[u32]) -> Cluster<'a> {
-        let own = &around.nodes[node];
+    fn new<'a>(tree: ClusterTree<'a>, node: usize, border: &[u32]) -> Cluster<'a> {
+        let own = &tree.nodes[node];
         let direction = own.slack.direction();
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         if !own.from_corners {
             for h in border {
-                let place = around.mesh.positions[around.mesh.origin(h & !LAST) as usize];
+                let place = tree.mesh.positions[tree.mesh.origin(h & !LAST) as usize];
                 let height = direction.dot(place.as_dvec3());
                 (low, high) = (low.min(height), high.max(height));
             }
