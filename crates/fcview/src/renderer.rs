@@ -17,7 +17,7 @@ use crate::frame::plan::Plan;
 use crate::gpu::occlusion::OcclusionQueries;
 use crate::gpu::outlines::Outlines;
 use crate::gpu::pages::{Pages, Place};
-use crate::gpu::pipelines::{self, ClusterVertex, FrameUniform, InstanceRow, Pipelines, Sides};
+use crate::gpu::pipelines::{self, ClusterVertex, FrameUniform, InstanceRow, Kind, Pipelines, Sides};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::options::{ColorMode, Detail, FrameOptions};
@@ -285,8 +285,9 @@ impl Renderer {
             self.target = None;
             self.target = Some(Target::new(&self.gpu, options.size, samples)?);
         }
-        if self.pipelines.as_ref().is_none_or(|p| p.samples != samples) {
-            self.pipelines = Some(Pipelines::new(&self.gpu.device, &self.frame_layout, samples));
+        let kind = Kind { samples, shows_distance: options.color == ColorMode::Depth };
+        if self.pipelines.as_ref().is_none_or(|p| p.kind != kind) {
+            self.pipelines = Some(Pipelines::new(&self.gpu.device, &self.frame_layout, kind));
         }
         self.gpu.check()
     }
@@ -301,7 +302,7 @@ impl Renderer {
     ) -> Result<Place, Error> {
         let mut uniform = frame_uniform(view);
         if color == ColorMode::Depth {
-            uniform.depth = depth_scale(scene, plan, view);
+            [uniform.depth[0], uniform.depth[1]] = depth_scale(scene, plan, view);
         }
         self.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
         let rows: Vec<InstanceRow> = plan
@@ -350,13 +351,13 @@ fn frame_uniform(view: &View) -> FrameUniform {
         key: direction(-0.55, 0.70, 0.60),
         fill: direction(0.85, -0.05, 0.45),
         rim: direction(0.45, 0.55, -0.75),
-        depth: [0.0; 4],
+        depth: [0.0, 0.0, (1.0 / view.near).min(f64::from(f32::MAX)) as f32, 0.0],
     }
 }
 
-/// What colours distances: the logarithm of the nearest in sight, one over its difference to that of the farthest, and
-/// that distances are coloured at all.
-fn depth_scale(scene: &Scene, plan: &Plan, view: &View) -> [f32; 4] {
+/// What colours distances: the logarithm of the nearest in sight, in units of the near plane's, and one over its
+/// difference to that of the farthest.
+fn depth_scale(scene: &Scene, plan: &Plan, view: &View) -> [f32; 2] {
     let (mut near, mut far) = (f64::INFINITY, view.near);
     for placed in &plan.placed {
         let sphere = scene.instances.get(placed.instance).and_then(|instance| scene.sphere(instance));
@@ -367,7 +368,7 @@ fn depth_scale(scene: &Scene, plan: &Plan, view: &View) -> [f32; 4] {
     }
     let near = near.clamp(view.near, far);
     let span = (far / near).log2().max(1e-3);
-    [near.log2() as f32, (1.0 / span) as f32, 1.0, 0.0]
+    [(near / view.near).log2() as f32, (1.0 / span) as f32]
 }
 
 /// An instance as the shaders read it: relative to the eye, so that 32 bits are enough.

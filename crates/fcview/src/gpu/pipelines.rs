@@ -11,7 +11,8 @@ pub(crate) struct FrameUniform {
     pub(crate) key: [f32; 4],
     pub(crate) fill: [f32; 4],
     pub(crate) rim: [f32; 4],
-    /// How distances are coloured: where the scale begins, how much it grows, and whether they are; see `frame.wgsl`.
+    /// How distances are coloured: where the scale begins, and how much it grows; then one over the near plane's
+    /// distance.
     pub(crate) depth: [f32; 4],
 }
 
@@ -73,9 +74,18 @@ pub(crate) enum Look {
     Painted,
 }
 
-/// All pipelines for one sample count.
-pub(crate) struct Pipelines {
+/// What all pipelines of a picture share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Kind {
+    /// Samples a pixel.
     pub(crate) samples: u32,
+    /// Whether surfaces are coloured by their distance from the eye.
+    pub(crate) shows_distance: bool,
+}
+
+/// All pipelines for one kind of picture.
+pub(crate) struct Pipelines {
+    pub(crate) kind: Kind,
     pub(crate) background: wgpu::RenderPipeline,
     pub(crate) bounding_polygon: wgpu::RenderPipeline,
     pub(crate) outlines: wgpu::RenderPipeline,
@@ -121,7 +131,7 @@ pub(crate) fn layout<'a>(
 
 impl Pipelines {
     /// Compiles the pipelines.
-    pub(crate) fn new(device: &wgpu::Device, frame: &wgpu::BindGroupLayout, samples: u32) -> Pipelines {
+    pub(crate) fn new(device: &wgpu::Device, frame: &wgpu::BindGroupLayout, kind: Kind) -> Pipelines {
         let with_frame = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("frame"),
             bind_group_layouts: &[Some(frame)],
@@ -156,7 +166,7 @@ impl Pipelines {
 
         let outline_layouts = [layout(size_of::<OutlineVertex>(), vertex, &OUTLINE_ATTRIBUTES)];
 
-        let make = |recipe: Recipe<'_>| recipe.build(device, samples);
+        let make = |recipe: Recipe<'_>| recipe.build(device, kind.samples);
         let mut surfaces = Vec::new();
         for look in [Look::Smooth, Look::Flat, Look::Painted] {
             for sides in [Sides::Front, Sides::Both] {
@@ -164,10 +174,11 @@ impl Pipelines {
                     Look::Smooth | Look::Flat => (&surface, &surface_layouts),
                     Look::Painted => (&clusters, &cluster_layouts),
                 };
+                let distance = ("shows_distance", f64::from(u8::from(kind.shows_distance)));
                 let constants: &[(&str, f64)] = match look {
-                    Look::Smooth => &[("has_normals", 1.0)],
-                    Look::Flat => &[("has_normals", 0.0)],
-                    Look::Painted => &[],
+                    Look::Smooth => &[distance, ("has_normals", 1.0)],
+                    Look::Flat => &[distance, ("has_normals", 0.0)],
+                    Look::Painted => &[distance],
                 };
                 let pipeline = make(Recipe {
                     label: "surface",
@@ -186,7 +197,7 @@ impl Pipelines {
             }
         }
         Pipelines {
-            samples,
+            kind,
             background: make(Recipe {
                 label: "background",
                 layout: &bare,

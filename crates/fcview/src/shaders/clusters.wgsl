@@ -19,7 +19,7 @@ fn vertex(instance: Instance, vertex: Vertex) -> Varying {
     let position = eye_position(instance, vertex.position);
     var out: Varying;
     out.clip = frame.clip_from_eye * vec4<f32>(position, 1.0);
-    out.toward_eye = -position;
+    out.toward_eye = -in_sight(position);
     out.color = linear_of_srgb(vertex.color.rgb);
     out.border = vertex.border.xyz;
     return out;
@@ -28,10 +28,7 @@ fn vertex(instance: Instance, vertex: Vertex) -> Varying {
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4<f32> {
     let toward_eye = unit(in.toward_eye);
-    var normal = unit(cross(unit(dpdx(in.toward_eye)), unit(dpdy(in.toward_eye))));
-    if dot(normal, toward_eye) < 0.0 {
-        normal = -normal;
-    }
+    let normal = flat_normal(in.toward_eye);
     // Distance from the nearest border in pixels; a line about one pixel wide, fading where clusters shrink
     // to the size of the line itself.
     let width = fwidth(in.border);
@@ -40,6 +37,6 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
     let line = 1.0 - smoothstep(0.4, 1.3, nearest);
     let crowded = max(width.x, max(width.y, width.z));
     let strength = 0.85 * clamp(1.15 - 2.5 * crowded, 0.0, 1.0);
-    let lit = shade(albedo_at(in.color, length(in.toward_eye)), normal, toward_eye);
+    let lit = shade(albedo_at(in.color, in.toward_eye), normal, toward_eye);
     return vec4<f32>(mix(lit, lit * 0.12, line * strength), 1.0);
 }

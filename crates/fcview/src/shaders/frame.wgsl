@@ -7,9 +7,14 @@ struct Frame {
     key: vec4<f32>,
     fill: vec4<f32>,
     rim: vec4<f32>,
-    // Colours for distances: log2 of the nearest, one over the span of logarithms, 1 where they are coloured.
+    // Colours for distances: log2 of the nearest in units of the near plane's, and one over the span of logarithms.
+    // Then one over the distance of the near plane.
     depth: vec4<f32>,
 };
+
+// Whether the surface shows its distance from the eye. A constant, because a software rasteriser runs both sides of a
+// branch.
+override shows_distance: bool = false;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
@@ -36,15 +41,20 @@ fn eye_direction(instance: Instance, direction: vec3<f32>) -> vec3<f32> {
     );
 }
 
-// Unit vector, or +z where there is none: a zero normal must not become NaN.
+// The vector in the unit of the near plane's distance: there squares of what is in sight neither vanish nor overflow.
+fn in_sight(position: vec3<f32>) -> vec3<f32> {
+    return position * frame.depth.z;
+}
+
+// Unit vector; a zero one stays zero and does not become NaN.
 fn unit(v: vec3<f32>) -> vec3<f32> {
-    // The square of a tiny vector would be zero.
-    let largest = max(abs(v.x), max(abs(v.y), abs(v.z)));
-    if largest > 0.0 {
-        let scaled = v / largest;
-        return scaled * inverseSqrt(dot(scaled, scaled));
-    }
-    return vec3<f32>(0.0, 0.0, 1.0);
+    return v * inverseSqrt(max(dot(v, v), 1e-37));
+}
+
+// The normal of the triangle's plane, toward the eye.
+fn flat_normal(toward_eye: vec3<f32>) -> vec3<f32> {
+    let normal = unit(cross(dpdx(toward_eye), dpdy(toward_eye)));
+    return select(normal, -normal, dot(normal, toward_eye) < 0.0);
 }
 
 fn squared(x: f32) -> f32 {
@@ -72,11 +82,11 @@ fn shade(albedo: vec3<f32>, normal: vec3<f32>, toward_eye: vec3<f32>) -> vec3<f3
 
 // The surface's colour, or one for its distance from the eye where distances are coloured: from warm and bright to
 // dark and blue.
-fn albedo_at(surface: vec3<f32>, distance: f32) -> vec3<f32> {
-    if frame.depth.z == 0.0 {
+fn albedo_at(surface: vec3<f32>, toward_eye: vec3<f32>) -> vec3<f32> {
+    if !shows_distance {
         return surface;
     }
-    let t = clamp((log2(max(distance, 1e-30)) - frame.depth.x) * frame.depth.y, 0.0, 1.0);
+    let t = clamp((log2(max(length(toward_eye), 1e-18)) - frame.depth.x) * frame.depth.y, 0.0, 1.0);
     let near = vec3<f32>(1.0, 0.83, 0.42);
     let middle = vec3<f32>(0.72, 0.16, 0.30);
     let far = vec3<f32>(0.035, 0.045, 0.20);

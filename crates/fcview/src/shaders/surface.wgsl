@@ -35,8 +35,8 @@ fn vertex(instance: Instance, vertex: Vertex) -> Varying {
     let position = eye_position(instance, vertex.position);
     var out: Varying;
     out.clip = frame.clip_from_eye * vec4<f32>(position, 1.0);
-    out.toward_eye = -position;
-    out.normal = eye_direction(instance, octahedral(vertex.normal));
+    out.toward_eye = -in_sight(position);
+    out.normal = unit(eye_direction(instance, octahedral(vertex.normal)));
     out.albedo = linear_of_srgb(vertex.color.rgb);
     if instance.center.w > 0.0 {
         out.albedo *= tint(instance.center.w);
@@ -52,12 +52,6 @@ const CREASED: f32 = 0.74;
 const STRAY: f32 = 0.50;
 const SLIVER: f32 = 0.26;
 
-// The normal of the triangle's plane, toward the eye.
-fn flat_normal(toward_eye: vec3<f32>) -> vec3<f32> {
-    let normal = unit(cross(unit(dpdx(toward_eye)), unit(dpdy(toward_eye))));
-    return select(normal, -normal, dot(normal, toward_eye) < 0.0);
-}
-
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
     let toward_eye = unit(in.toward_eye);
@@ -68,6 +62,6 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec
         let kept = smoothstep(CREASED, SMOOTH, alike) + 1.0 - smoothstep(SLIVER, STRAY, alike);
         normal = unit(mix(normal, stored, kept));
     }
-    let albedo = albedo_at(in.albedo, length(in.toward_eye));
+    let albedo = albedo_at(in.albedo, in.toward_eye);
     return vec4<f32>(shade(albedo, normal, toward_eye), 1.0);
 }
