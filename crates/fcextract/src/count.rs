@@ -1,6 +1,6 @@
 //! How many triangles a selection draws, without drawing them.
 
-use crate::part::Sight;
+use crate::part::{Settled, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Selection, Shown, Stats};
 use fct::{Child, Loops, Node, Reader, Subtree};
@@ -25,7 +25,7 @@ pub(crate) struct Counted {
 /// Counts; keeps its memory from one time to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Counter {
-    stack: Vec<(Subtree, bool)>,
+    stack: Vec<(Subtree, Settled)>,
     loops: Loops,
     corners: Vec<u32>,
     stitcher: Stitcher,
@@ -47,20 +47,20 @@ impl Counter {
         let mut stats = Stats::default();
         let mut cut = Counted { last: f64::INFINITY, ..Counted::default() };
         self.stack.clear();
-        self.stack.push((reader.whole(), selection.frustum.is_none()));
-        while let Some((subtree, inside)) = self.stack.pop() {
+        self.stack.push((reader.whole(), selection.settled()));
+        while let Some((subtree, settled)) = self.stack.pop() {
             if let Child::Face(_) = subtree.child.kind() {
                 cut.counts.clusters += 1;
                 cut.counts.triangles += 1;
                 continue;
             }
             let node = reader.node(&subtree)?;
-            match selection.sight(&subtree, &node, inside, &mut stats) {
+            match selection.sight(&subtree, &node, settled, &mut stats) {
                 Sight::Culled => {}
-                Sight::Refined { inside } => {
+                Sight::Refined { settled } => {
                     cut.last = cut.last.min(shape.level_of_node(&shape.tolerance, &node).1);
                     let [left, right] = reader.children(&subtree)?;
-                    self.stack.extend([(right, inside), (left, inside)]);
+                    self.stack.extend([(right, settled), (left, settled)]);
                 }
                 Sight::Drawn => {
                     cut.counts.clusters += 1;

@@ -1,7 +1,7 @@
 //! What becomes of the nodes and vertices of a page.
 
 use crate::extraction::Stats;
-use crate::part::Sight;
+use crate::part::{Settled, Sight};
 use crate::{Order, Perspective, Selection, Tolerance};
 use fct::{Branch, Page, ShortFloat, VertexRecord};
 use glam::DVec3;
@@ -9,7 +9,7 @@ use glam::DVec3;
 /// Decides about nodes and vertices. A selection does; what decides as it does and sooner does too.
 pub(crate) trait Criterion {
     /// What becomes of a node of a page, and counts it; none if it is not there.
-    fn sight(&self, page: &Page<'_>, branch: &Branch, inside: bool, stats: &mut Stats) -> Option<Sight>;
+    fn sight(&self, page: &Page<'_>, branch: &Branch, settled: Settled, stats: &mut Stats) -> Option<Sight>;
 
     /// Whether the vertex of this index is drawn.
     fn activates(&self, index: u32, vertex: &VertexRecord) -> bool;
@@ -17,9 +17,9 @@ pub(crate) trait Criterion {
 
 impl Criterion for Selection {
     #[inline]
-    fn sight(&self, page: &Page<'_>, branch: &Branch, inside: bool, stats: &mut Stats) -> Option<Sight> {
+    fn sight(&self, page: &Page<'_>, branch: &Branch, settled: Settled, stats: &mut Stats) -> Option<Sight> {
         let node = page.node(branch)?;
-        Some(Selection::sight(self, &page.subtree(branch), &node, inside, stats))
+        Some(Selection::sight(self, &page.subtree(branch), &node, settled, stats))
     }
 
     #[inline]
@@ -33,8 +33,6 @@ impl Criterion for Selection {
 pub(crate) struct Seen<'a> {
     selection: &'a Selection,
     view: &'a Perspective,
-    /// A frustum or an eye may leave nodes out.
-    culls: bool,
     /// With keys from here on nodes are refined and vertices active, wherever they are in the page.
     refined: i16,
     /// With smaller keys than this, nodes are drawn.
@@ -69,7 +67,6 @@ impl<'a> Seen<'a> {
         Some(Seen {
             selection,
             view,
-            culls: selection.frustum.is_some() || selection.backface_eye.is_some(),
             refined: least_over(view.most(center, radius) * (1.0 + ROUNDING)),
             drawn: least_over(view.at(center, radius) * (1.0 - ROUNDING)),
             small: least_over(radius),
@@ -80,12 +77,12 @@ impl<'a> Seen<'a> {
 
 impl Criterion for Seen<'_> {
     #[inline]
-    fn sight(&self, page: &Page<'_>, branch: &Branch, inside: bool, stats: &mut Stats) -> Option<Sight> {
+    fn sight(&self, page: &Page<'_>, branch: &Branch, settled: Settled, stats: &mut Stats) -> Option<Sight> {
         stats.nodes_visited += 1;
-        let mut inside = inside;
-        if self.culls {
-            match self.selection.shows(&page.node(branch)?, branch.face_count(), inside, stats) {
-                Some(is_inside) => inside = is_inside,
+        let mut settled = settled;
+        if !settled.is_shown() {
+            match self.selection.shows(&page.node(branch)?, branch.face_count(), settled, stats) {
+                Some(now_settled) => settled = now_settled,
                 None => return Some(Sight::Culled),
             }
         }
@@ -100,7 +97,7 @@ impl Criterion for Seen<'_> {
                     f64::from(node.radius),
                 )
             };
-        Some(if is_refined { Sight::Refined { inside } } else { Sight::Drawn })
+        Some(if is_refined { Sight::Refined { settled } } else { Sight::Drawn })
     }
 
     #[inline]
@@ -128,10 +125,10 @@ pub(crate) struct Everywhere {
 }
 
 impl Everywhere {
-    /// What a selection comes to in a subtree, if it comes to that; `inside` if its frustum holds the subtree.
-    pub(crate) fn of(selection: &Selection, inside: bool) -> Option<Everywhere> {
+    /// What a selection comes to in a subtree, if it comes to that.
+    pub(crate) fn of(selection: &Selection, settled: Settled) -> Option<Everywhere> {
         match selection.tolerance {
-            Tolerance::Uniform { distance } if inside && selection.is_plain() => {
+            Tolerance::Uniform { distance } if settled.is_shown() && selection.is_plain() => {
                 let distance = distance.min(f64::MAX);
                 let refined = least_over(distance);
                 // Eagerness is less than a step of short floats.
@@ -146,10 +143,10 @@ impl Everywhere {
 
 impl Criterion for Everywhere {
     #[inline]
-    fn sight(&self, page: &Page<'_>, branch: &Branch, inside: bool, stats: &mut Stats) -> Option<Sight> {
+    fn sight(&self, page: &Page<'_>, branch: &Branch, settled: Settled, stats: &mut Stats) -> Option<Sight> {
         stats.nodes_visited += 1;
         let key = self.order.of(page.keys(branch)?).rank();
-        Some(if key >= self.refined { Sight::Refined { inside } } else { Sight::Drawn })
+        Some(if key >= self.refined { Sight::Refined { settled } } else { Sight::Drawn })
     }
 
     #[inline]

@@ -45,12 +45,12 @@ pub fn by_epsilon(tree: &Tree, selection: Selection) -> Result<Selection, Error>
     copies.read(tree);
     let (mut corners, mut loops, mut stats) = (Corners::default(), Loops::default(), Stats::default());
     let mut stack = vec![Part::whole(tree, &selection)];
-    while let Some(Part { subtree, inside }) = stack.pop() {
+    while let Some(Part { subtree, settled }) = stack.pop() {
         let Child::Node(index) = subtree.child.kind() else { continue };
         let node = reader.node(&subtree)?;
-        let inside = match cut.sight(&subtree, &node, inside, &mut stats) {
+        let settled = match cut.sight(&subtree, &node, settled, &mut stats) {
             Sight::Culled => continue,
-            Sight::Refined { inside } => inside,
+            Sight::Refined { settled } => settled,
             Sight::Drawn => {
                 let sphere = || (DVec3::from(node.center.map(f64::from)), f64::from(node.radius));
                 let allowed = selection.allowed(sphere);
@@ -70,7 +70,7 @@ pub fn by_epsilon(tree: &Tree, selection: Selection) -> Result<Selection, Error>
                 }
                 cut.extra.nodes.add(index);
                 // What the frustum holds is found out once more below; it costs little.
-                inside
+                settled
             }
         };
         let children = reader.children(&subtree)?;
@@ -82,7 +82,7 @@ pub fn by_epsilon(tree: &Tree, selection: Selection) -> Result<Selection, Error>
             });
         }
         let [left, right] = children;
-        stack.extend([right, left].map(|subtree| Part { subtree, inside }));
+        stack.extend([right, left].map(|subtree| Part { subtree, settled }));
     }
     Ok(cut)
 }

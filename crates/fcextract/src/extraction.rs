@@ -2,7 +2,7 @@
 
 use crate::batch::{BATCH_TRIANGLES, Batch};
 use crate::page::{Mesh, PageWalk};
-use crate::part::{Part, Sight};
+use crate::part::{Part, Settled, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Selection};
 use fcgeom::Sphere;
@@ -49,7 +49,7 @@ pub struct Stats {
 enum Step {
     Visit {
         subtree: Subtree,
-        inside: bool,
+        settled: Settled,
     },
     /// The subtree's triangles and batches start here.
     Close {
@@ -100,14 +100,14 @@ impl Extraction {
     ) -> Result<(), Error> {
         let first_index = self.indices.len() as u64;
         self.stack.clear();
-        self.stack.push(Step::Visit { subtree: part.subtree, inside: part.inside });
+        self.stack.push(Step::Visit { subtree: part.subtree, settled: part.settled });
         while let Some(step) = self.stack.pop() {
             match step {
-                Step::Visit { subtree, inside } => {
+                Step::Visit { subtree, settled } => {
                     // Left children are gone on with at once: half of the steps never wait.
-                    let mut next = Some((subtree, inside));
-                    while let Some((subtree, inside)) = next {
-                        next = self.visit(reader, selection, subtree, inside)?;
+                    let mut next = Some((subtree, settled));
+                    while let Some((subtree, settled)) = next {
+                        next = self.visit(reader, selection, subtree, settled)?;
                     }
                 }
                 Step::Close { subtree, first_index, first_batch } => {
@@ -126,9 +126,9 @@ impl Extraction {
         reader: &Reader<'_>,
         selection: &Selection,
         subtree: Subtree,
-        inside: bool,
-    ) -> Result<Option<(Subtree, bool)>, Error> {
-        if self.draw_page(reader, selection, &subtree, inside)? {
+        settled: Settled,
+    ) -> Result<Option<(Subtree, Settled)>, Error> {
+        if self.draw_page(reader, selection, &subtree, settled)? {
             return Ok(None);
         }
         let first_index = self.next_index()?;
@@ -139,13 +139,13 @@ impl Extraction {
             return Ok(None);
         }
         let node = reader.node(&subtree)?;
-        match selection.sight(&subtree, &node, inside, &mut self.stats) {
+        match selection.sight(&subtree, &node, settled, &mut self.stats) {
             Sight::Culled => return Ok(None),
-            Sight::Refined { inside } => {
+            Sight::Refined { settled } => {
                 let [left, right] = reader.children(&subtree)?;
                 self.stack.push(Step::Close { subtree, first_index, first_batch: self.batches.len() });
-                self.stack.push(Step::Visit { subtree: right, inside });
-                return Ok(Some((left, inside)));
+                self.stack.push(Step::Visit { subtree: right, settled });
+                return Ok(Some((left, settled)));
             }
             Sight::Drawn => {}
         }
@@ -170,7 +170,7 @@ impl Extraction {
         reader: &Reader<'_>,
         selection: &Selection,
         subtree: &Subtree,
-        inside: bool,
+        settled: Settled,
     ) -> Result<bool, Error> {
         let before = (self.indices.len(), self.clusters.len(), self.batches.len(), self.stats);
         let mut mesh = Mesh {
@@ -179,7 +179,7 @@ impl Extraction {
             batches: &mut self.batches,
             stats: &mut self.stats,
         };
-        let drawn = self.page.draw(reader, selection, &mut self.stitcher, subtree, inside, &mut mesh)?;
+        let drawn = self.page.draw(reader, selection, &mut self.stitcher, subtree, settled, &mut mesh)?;
         if !drawn {
             self.indices.truncate(before.0);
             self.clusters.truncate(before.1);

@@ -52,7 +52,7 @@ pub use extra::Extra;
 pub use extraction::{Extraction, Stats, extract};
 pub use mesh::Mesh;
 pub use parallel::ParallelExtractor;
-pub use part::Part;
+pub use part::{Part, Settled};
 pub use region::Region;
 pub use selection::{Order, Selection};
 pub use stream::{CacheStats, ChunkCache, Damaged, Streamed, Wish, extract_chunks};

@@ -6,7 +6,7 @@
 use crate::batch::{BATCH_TRIANGLES, Batch};
 use crate::criterion::{Criterion, Everywhere, Seen};
 use crate::extraction::Stats;
-use crate::part::Sight;
+use crate::part::{Settled, Sight};
 use crate::stitch::{PagePolygon, Stitcher};
 use crate::{Error, Selection, Tolerance};
 use fct::{Branch, Page, Reader, Subtree};
@@ -14,7 +14,7 @@ use fct::{Branch, Page, Reader, Subtree};
 /// Draws pages; keeps its memory from one to the next.
 #[derive(Debug, Default)]
 pub(crate) struct PageWalk {
-    stack: Vec<(Branch, bool)>,
+    stack: Vec<(Branch, Settled)>,
     /// The clusters of the cut in the page, in order.
     drawn: Vec<Branch>,
     polygon: PagePolygon,
@@ -40,7 +40,7 @@ impl PageWalk {
         selection: &Selection,
         stitcher: &mut Stitcher,
         subtree: &Subtree,
-        inside: bool,
+        settled: Settled,
         mesh: &mut Mesh<'_>,
     ) -> Result<bool, Error> {
         let Some((page, root)) = reader.page(subtree) else { return Ok(false) };
@@ -54,15 +54,15 @@ impl PageWalk {
             let node = reader.node(&subtree)?;
             stitcher.draw(reader, selection, &subtree, &node, indices)
         };
-        let all = selection.tolerance == Tolerance::Full && selection.is_plain() && inside;
+        let all = selection.tolerance == Tolerance::Full && selection.is_plain() && settled.is_shown();
         let sound = if all {
             self.draw_faces(&page, root, mesh)
-        } else if let Some(everywhere) = Everywhere::of(selection, inside) {
-            self.walk(&page, root, inside, &everywhere, mesh, &mut general)?
+        } else if let Some(everywhere) = Everywhere::of(selection, settled) {
+            self.walk(&page, root, settled, &everywhere, mesh, &mut general)?
         } else if let Some(seen) = Seen::of(selection, &page, &root) {
-            self.walk(&page, root, inside, &seen, mesh, &mut general)?
+            self.walk(&page, root, settled, &seen, mesh, &mut general)?
         } else {
-            self.walk(&page, root, inside, selection, mesh, &mut general)?
+            self.walk(&page, root, settled, selection, mesh, &mut general)?
         };
         mesh.stats.clusters += self.drawn.len() as u64;
         let starts = mesh.clusters.get(first_cluster..).unwrap_or_default();
@@ -92,7 +92,7 @@ impl PageWalk {
         &mut self,
         page: &Page<'_>,
         root: Branch,
-        inside: bool,
+        settled: Settled,
         criterion: &C,
         mesh: &mut Mesh<'_>,
         general: &mut impl FnMut(&Branch, &mut Vec<u32>) -> Result<u64, Error>,
@@ -100,17 +100,19 @@ impl PageWalk {
         page.touch();
         let mut is_ready = false;
         self.stack.clear();
-        self.stack.push((root, inside));
-        while let Some((mut branch, mut inside)) = self.stack.pop() {
+        self.stack.push((root, settled));
+        while let Some((mut branch, mut settled)) = self.stack.pop() {
             // Left children are gone on with at once: half of the steps never wait.
             while branch.face_count() > 1 {
-                let Some(sight) = criterion.sight(page, &branch, inside, mesh.stats) else { return Ok(None) };
+                let Some(sight) = criterion.sight(page, &branch, settled, mesh.stats) else {
+                    return Ok(None);
+                };
                 match sight {
                     Sight::Culled => break,
-                    Sight::Refined { inside: all_inside } => {
+                    Sight::Refined { settled: of_all } => {
                         let Some([left, right]) = page.children(&branch) else { return Ok(None) };
-                        inside = all_inside;
-                        self.stack.push((right, inside));
+                        settled = of_all;
+                        self.stack.push((right, settled));
                         branch = left;
                     }
                     Sight::Drawn => {

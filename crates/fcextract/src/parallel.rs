@@ -85,16 +85,16 @@ impl ParallelExtractor {
                 self.walk.push(step);
                 continue;
             };
-            let Part { subtree, inside } = part;
+            let Part { subtree, settled } = part;
             if subtree.face_count() > most
                 && let Child::Node(_) = subtree.child.kind()
             {
-                match selection.sight(&subtree, &reader.node(&subtree)?, inside, stats) {
+                match selection.sight(&subtree, &reader.node(&subtree)?, settled, stats) {
                     Sight::Culled => continue,
-                    Sight::Refined { inside } => {
+                    Sight::Refined { settled } => {
                         self.walk.push(Step::Open);
                         let [left, right] = reader.children(&subtree)?;
-                        let visit = |subtree| Step::Visit(Part { subtree, inside });
+                        let visit = |subtree| Step::Visit(Part { subtree, settled });
                         stack.extend([Step::Close(subtree), visit(right), visit(left)]);
                         continue;
                     }

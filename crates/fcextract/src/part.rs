@@ -2,7 +2,7 @@
 
 use crate::extraction::{Stats, sphere_of};
 use crate::{Error, Selection};
-use fcgeom::{Cone, Containment};
+use fcgeom::{Cone, Containment, Side};
 use fct::{Child, Node, Subtree, Tree};
 
 /// A subtree that meets the cut: no node above it is in the cut, so that all it draws is drawn below it.
@@ -10,8 +10,17 @@ use fct::{Child, Node, Subtree, Tree};
 pub struct Part {
     /// The subtree.
     pub subtree: Subtree,
-    /// Whether it lies inside the selection's frustum as a whole; then so does all below it, and nothing is tested.
+    /// What is known of it as a whole.
+    pub settled: Settled,
+}
+
+/// What holds for a subtree as a whole, so that nothing below it is tested for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settled {
+    /// It lies inside the selection's frustum.
     pub inside: bool,
+    /// No face of it turns its back on the selection's eye.
+    pub facing: bool,
 }
 
 /// What a selection makes of a node.
@@ -20,14 +29,14 @@ pub(crate) enum Sight {
     Culled,
     /// It is in the cut: drawn as one polygon.
     Drawn,
-    /// Its children are looked at in its place; all of it lies inside the frustum if `inside`.
-    Refined { inside: bool },
+    /// Its children are looked at in its place.
+    Refined { settled: Settled },
 }
 
 impl Part {
     /// The whole tree.
     pub fn whole(tree: &Tree, selection: &Selection) -> Part {
-        Part { subtree: tree.whole(), inside: selection.frustum.is_none() }
+        Part { subtree: tree.whole(), settled: selection.settled() }
     }
 
     /// Divides the part into smaller ones, in the order of the tree: goes down from it, leaves out what the selection
@@ -54,16 +63,16 @@ impl Part {
                 continue;
             }
             let node = reader.node(&subtree)?;
-            match selection.sight(&subtree, &node, part.inside, stats) {
+            match selection.sight(&subtree, &node, part.settled, stats) {
                 Sight::Culled => {}
                 Sight::Drawn => each(part, Some(&node)),
-                Sight::Refined { inside } if stop(&subtree, &node) => {
-                    each(Part { subtree, inside }, Some(&node))
+                Sight::Refined { settled } if stop(&subtree, &node) => {
+                    each(Part { subtree, settled }, Some(&node))
                 }
-                Sight::Refined { inside } => {
+                Sight::Refined { settled } => {
                     let [left, right] = reader.children(&subtree)?;
-                    stack.push(Part { subtree: right, inside });
-                    stack.push(Part { subtree: left, inside });
+                    stack.push(Part { subtree: right, settled });
+                    stack.push(Part { subtree: left, settled });
                 }
             }
         }
@@ -71,40 +80,62 @@ impl Part {
     }
 }
 
-impl Selection {
-    /// What becomes of a node none of whose ancestors is in the cut or left out.
+impl Settled {
+    /// Whether nothing is left to be tested.
     #[inline]
-    pub(crate) fn sight(&self, subtree: &Subtree, node: &Node, inside: bool, stats: &mut Stats) -> Sight {
-        stats.nodes_visited += 1;
-        let Some(inside) = self.shows(node, subtree.face_count(), inside, stats) else {
-            return Sight::Culled;
-        };
-        if self.refines_node(subtree.child, node) { Sight::Refined { inside } } else { Sight::Drawn }
+    pub(crate) fn is_shown(self) -> bool {
+        self.inside && self.facing
+    }
+}
+
+impl Selection {
+    /// What holds for every tree.
+    pub(crate) fn settled(&self) -> Settled {
+        Settled { inside: self.frustum.is_none(), facing: self.backface_eye.is_none() }
     }
 
-    /// Whether a node of so many faces lies inside the frustum as a whole; none if nothing of it shows, which is counted.
+    /// What becomes of a node none of whose ancestors is in the cut or left out.
     #[inline]
-    pub(crate) fn shows(&self, node: &Node, faces: u32, inside: bool, stats: &mut Stats) -> Option<bool> {
-        let mut inside = inside;
-        if let Some(frustum) = self.frustum.as_ref().filter(|_| !inside) {
+    pub(crate) fn sight(&self, subtree: &Subtree, node: &Node, settled: Settled, stats: &mut Stats) -> Sight {
+        stats.nodes_visited += 1;
+        let Some(settled) = self.shows(node, subtree.face_count(), settled, stats) else {
+            return Sight::Culled;
+        };
+        if self.refines_node(subtree.child, node) { Sight::Refined { settled } } else { Sight::Drawn }
+    }
+
+    /// What is known of a node of so many faces; none if nothing of it shows, which is counted.
+    #[inline]
+    pub(crate) fn shows(
+        &self,
+        node: &Node,
+        faces: u32,
+        mut settled: Settled,
+        stats: &mut Stats,
+    ) -> Option<Settled> {
+        if let Some(frustum) = self.frustum.as_ref().filter(|_| !settled.inside) {
             match frustum.classify_sphere(&sphere_of(node)) {
                 Containment::Outside => {
                     stats.culled_frustum += 1;
                     stats.faces_culled += u64::from(faces);
                     return None;
                 }
-                Containment::Inside => inside = true,
+                Containment::Inside => settled.inside = true,
                 Containment::Crossing => {}
             }
         }
-        if let Some(eye) = self.backface_eye {
+        if let Some(eye) = self.backface_eye.filter(|_| !settled.facing) {
             let cone = Cone { axis: node.axis().into(), cos: node.cos() };
-            if cone.is_backfacing(&sphere_of(node), eye) {
-                stats.culled_cone += 1;
-                stats.faces_culled += u64::from(faces);
-                return None;
+            match cone.side(&sphere_of(node), eye) {
+                Some(Side::Back) => {
+                    stats.culled_cone += 1;
+                    stats.faces_culled += u64::from(faces);
+                    return None;
+                }
+                Some(Side::Front) => settled.facing = true,
+                None => {}
             }
         }
-        Some(inside)
+        Some(settled)
     }
 }

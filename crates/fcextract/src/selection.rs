@@ -109,9 +109,9 @@ impl Selection {
         Ok(())
     }
 
-    /// Whether the tolerance alone decides about all that the frustum holds.
+    /// Whether the tolerance alone decides about all that shows.
     pub(crate) fn is_plain(&self) -> bool {
-        self.backface_eye.is_none() && self.regions.is_empty() && self.extra.is_empty()
+        self.regions.is_empty() && self.extra.is_empty()
     }
 
     /// Whether the cut goes on below the node of this name, as far as it is in sight.

@@ -22,6 +22,15 @@ pub struct Cone {
     pub cos: f32,
 }
 
+/// A side of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// That from which its corners run counter-clockwise.
+    Front,
+    /// The other.
+    Back,
+}
+
 /// What a test for back faces must exceed, as a sine. Normals and axes in `f32` are off by up to 1e-7; a face that is
 /// seen at a flatter angle than this has no width on the screen.
 const MARGIN: f64 = 1.0e-6;
@@ -117,22 +126,34 @@ impl Cone {
     /// `[Tsuji07]`, section 5.2, made safe for all points of the cluster by its sphere.
     #[must_use]
     pub fn is_backfacing(&self, sphere: &Sphere, eye: DVec3) -> bool {
+        self.side(sphere, eye) == Some(Side::Back)
+    }
+
+    /// The side that every point of the sphere, with every normal of the cone, turns to the eye, if all turn the same.
+    ///
+    /// None when in doubt: with NaN, or with the eye inside the sphere. See [`Cone::is_backfacing`].
+    #[must_use]
+    pub fn side(&self, sphere: &Sphere, eye: DVec3) -> Option<Side> {
         let to_center = sphere.center.as_dvec3() - eye;
         let squared = to_center.length_squared();
         let radius = f64::from(sphere.radius);
         let tangent_squared = squared - radius * radius;
-        let Some((sin, cos)) = self.half_angle() else {
-            return false;
-        };
+        let (sin, cos) = self.half_angle()?;
         let eye_outside = tangent_squared > 0.0 && radius >= 0.0;
         if !eye_outside {
-            return false;
+            return None;
         }
         let (distance, tangent) = (squared.sqrt(), tangent_squared.sqrt());
         // With b = asin(r / D): D sin(half angle + b) and D cos(half angle + b).
         let sin_sum = sin * tangent + cos * radius;
         let cos_sum = cos * tangent - sin * radius;
-        cos_sum >= 0.0 && self.along(to_center) >= sin_sum + MARGIN * distance
+        let least = sin_sum + MARGIN * distance;
+        let along = self.along(to_center);
+        match cos_sum >= 0.0 {
+            true if along >= least => Some(Side::Back),
+            true if -along >= least => Some(Side::Front),
+            _ => None,
+        }
     }
 
     /// Whether every normal of the cone faces away from a viewer who looks along `direction` (of any length) without

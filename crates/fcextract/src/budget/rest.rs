@@ -4,7 +4,7 @@ use super::{Budget, Shown};
 use crate::copies::Copies;
 use crate::corners::Corners;
 use crate::count::Counter;
-use crate::part::Sight;
+use crate::part::{Settled, Sight};
 use crate::{Error, Selection, Stats, Tolerance};
 use fct::{Child, Loops, Reader, Subtree, Tree};
 use rayon::prelude::*;
@@ -178,7 +178,7 @@ struct Front {
 }
 
 /// Subtrees to look at, each with whether it lies in the frustum as a whole.
-type Stack = Vec<(Subtree, bool)>;
+type Stack = Vec<(Subtree, Settled)>;
 
 /// What the split under trial is found out with, of whichever front; one for all, since an instance may be one of a million.
 #[derive(Debug, Default)]
@@ -207,8 +207,7 @@ enum Change {
 #[derive(Clone, Copy, Debug)]
 struct Slot {
     subtree: Subtree,
-    /// Whether it lies in the frustum as a whole.
-    inside: bool,
+    settled: Settled,
     is_drawn: bool,
 }
 
@@ -221,7 +220,7 @@ impl Front {
         self.watched.clear();
         let reader = shown.tree.reader();
         stack.clear();
-        stack.push((reader.whole(), shown.selection.frustum.is_none()));
+        stack.push((reader.whole(), shown.selection.settled()));
         add_pieces(&reader, shown, stack, &mut self.slots)
     }
 
@@ -312,7 +311,7 @@ impl Front {
         }
         work.pieces.clear();
         work.stack.clear();
-        work.stack.extend(children.iter().rev().map(|child| (*child, old.inside)));
+        work.stack.extend(children.iter().rev().map(|child| (*child, old.settled)));
         add_pieces(&reader, shown, &mut work.stack, &mut work.pieces)?;
         let pieces = std::mem::take(&mut work.pieces);
         change += if counts_triangles {
@@ -434,18 +433,18 @@ fn add_pieces(
     out: &mut Vec<Slot>,
 ) -> Result<(), Error> {
     let mut stats = Stats::default();
-    while let Some((subtree, inside)) = stack.pop() {
-        let slot = Slot { subtree, inside, is_drawn: true };
+    while let Some((subtree, settled)) = stack.pop() {
+        let slot = Slot { subtree, settled, is_drawn: true };
         if let Child::Face(_) = subtree.child.kind() {
             out.push(slot);
             continue;
         }
         let node = reader.node(&subtree)?;
-        match shown.selection.sight(&subtree, &node, inside, &mut stats) {
+        match shown.selection.sight(&subtree, &node, settled, &mut stats) {
             Sight::Culled => {}
-            Sight::Refined { inside } => {
+            Sight::Refined { settled } => {
                 let [left, right] = reader.children(&subtree)?;
-                stack.extend([(right, inside), (left, inside)]);
+                stack.extend([(right, settled), (left, settled)]);
             }
             Sight::Drawn => out.push(slot),
         }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::extra::Extra;
-use crate::part::{Part, Sight};
+use crate::part::{Part, Settled, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Extraction, Selection, Stats};
 use fct::{Child, ChildRef, Chunk, Crown, CrownChild, Loops, NormalRecord, Patch, Subtree, VertexRecord};
@@ -117,33 +117,33 @@ impl<'a> Walk<'a, '_> {
         if whole.face_end > 1 {
             whole.child = ChildRef::node(0);
         }
-        let mut stack = vec![(0, whole, self.selection.frustum.is_none())];
-        while let Some((node, subtree, inside)) = stack.pop() {
+        let mut stack = vec![(0, whole, self.selection.settled())];
+        while let Some((node, subtree, settled)) = stack.pop() {
             let Some(record) = self.crown.node(node) else { continue };
             if subtree.face_count() == 1 {
                 out.scratch.nodes.push(node);
                 continue;
             }
-            let inside = match self.selection.sight(&subtree, &record, inside, &mut out.stats) {
+            let settled = match self.selection.sight(&subtree, &record, settled, &mut out.stats) {
                 Sight::Culled => continue,
-                Sight::Refined { inside } => Some(inside),
+                Sight::Refined { settled } => Some(settled),
                 Sight::Drawn => None,
             };
-            match (self.crown.below(node), inside) {
-                (Some(CrownChild::Nodes([left, right])), Some(inside)) => {
+            match (self.crown.below(node), settled) {
+                (Some(CrownChild::Nodes([left, right])), Some(settled)) => {
                     let Some(split) = self.crown.first_face(right) else { continue };
                     let [left_faces, right_faces] = halves(&subtree, split);
-                    stack.push((right, right_faces, inside));
-                    stack.push((left, left_faces, inside));
+                    stack.push((right, right_faces, settled));
+                    stack.push((left, left_faces, settled));
                     continue;
                 }
-                (Some(CrownChild::Chunk(chunk)), inside) => {
+                (Some(CrownChild::Chunk(chunk)), settled) => {
                     let (key, urgency) = self.selection.level_of_node(&self.selection.tolerance, &record);
                     // Where nothing is allowed flat chunks are needed too.
-                    let urgency = if inside.is_some() { urgency.max(1.0) } else { urgency };
+                    let urgency = if settled.is_some() { urgency.max(1.0) } else { urgency };
                     let wish = Wish { chunk, urgency, key };
-                    match (inside, chunks(chunk)) {
-                        (Some(inside), Some(found)) => match self.draw_chunk(found, inside, out) {
+                    match (settled, chunks(chunk)) {
+                        (Some(settled), Some(found)) => match self.draw_chunk(found, settled, out) {
                             Ok(()) => {
                                 out.entered.push(wish);
                                 continue;
@@ -168,12 +168,12 @@ impl<'a> Walk<'a, '_> {
     }
 
     /// Draws what is below the root of a chunk, or nothing of it.
-    fn draw_chunk(&mut self, chunk: &'a Chunk, inside: bool, out: &mut Streamed) -> Result<(), Error> {
+    fn draw_chunk(&mut self, chunk: &'a Chunk, settled: Settled, out: &mut Streamed) -> Result<(), Error> {
         let reader = chunk.reader();
         let below = &mut out.scratch.below;
         below.clear();
         for subtree in reader.children(&chunk.root())? {
-            below.append_from(&reader, self.selection, &Part { subtree, inside })?;
+            below.append_from(&reader, self.selection, &Part { subtree, settled })?;
         }
         // Its triangles are counted with all others.
         out.stats.add(&Stats { triangles: 0, ..below.stats });

@@ -1,6 +1,6 @@
 use super::reference::smallest_ball;
 use super::{Rng, to_f32};
-use crate::{Cone, Sphere};
+use crate::{Cone, Side, Sphere};
 use glam::{DVec3, Vec3};
 
 /// The cosine as the stored cone has it, with nothing but the definition.
@@ -134,6 +134,13 @@ fn culls_exactly_what_faces_away() {
             kept += 1;
         }
         assert_eq!(back, if back { total <= 90.0 } else { total <= 90.0 - 0.02 }, "{total} degrees");
+        let front = cone.side(&sphere, eye) == Some(Side::Front);
+        assert!(!(front && back), "both sides");
+        assert_eq!(
+            front,
+            Cone { axis: -cone.axis, ..cone }.is_backfacing(&sphere, eye),
+            "the cone turned round"
+        );
     }
     assert!(culled > 1000 && kept > 1000, "{culled} {kept}");
 }
