@@ -1,12 +1,13 @@
 //! From a node of the cut to triangles.
 //!
 //! The node's boundary loops are thinned to their active vertices and what remains is triangulated in the cluster's
-//! plane. Whatever the triangulation, its border is exactly those loops: that is what makes the mesh closed. So a
+//! plane, or in space where the cluster folds over. Whatever the triangulation, its border is exactly those loops: that is what makes the mesh closed. So a
 //! loop of fewer than three vertices may be left out (its two edges cancel), holes are bridged to the outline by an
 //! edge used in both directions, and triangles that come to nothing are dropped.
 
 mod best;
 mod bridge;
+mod diagonals;
 mod page_polygon;
 mod triangulate;
 
@@ -14,9 +15,10 @@ pub(crate) use page_polygon::PagePolygon;
 
 use crate::{Error, Selection};
 use bridge::Bridge;
+use diagonals::{DIAGONALS_UP_TO, Diagonals};
 use fct::{Loops, Node, Reader, Subtree, VertexRecord};
 use glam::{DVec2, DVec3};
-use triangulate::Triangulator;
+use triangulate::{Triangulator, push};
 
 /// Draws nodes; keeps its memory from one to the next.
 #[derive(Debug, Default)]
@@ -27,6 +29,9 @@ pub(crate) struct Stitcher {
     heights: Vec<f64>,
     bridge: Bridge,
     triangulator: Triangulator,
+    /// The outline's vertices in space.
+    corners: Vec<DVec3>,
+    diagonals: Diagonals,
 }
 
 /// A polygon as vertex indices and their places in the cluster's plane.
@@ -109,6 +114,12 @@ impl Stitcher {
             DVec2::new(p.dot(x), p.dot(y))
         }));
         self.bridge.join_loops(outline);
+        if facing.is_none() && outline.vertices.len() <= DIAGONALS_UP_TO {
+            self.corners.clear();
+            self.corners.extend(outline.vertices.iter().map(|&v| position(v)));
+            self.diagonals.show(&self.corners, |t| push(out, t.map(|k| outline.vertices[k])));
+            return;
+        }
         let (normal, level) = plane;
         self.heights.clear();
         self.heights.extend(outline.vertices.iter().map(|&v| normal.dot(position(v)) - level));

@@ -133,7 +133,8 @@ fn shape(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     if edges > 0.0 { ab.perp_dot(bc) * 3.464_101_615_137_754_6 / edges } else { 0.0 }
 }
 
-fn push(out: &mut Vec<u32>, triangle: [u32; 3]) {
+/// Appends a triangle, if it has three corners.
+pub(super) fn push(out: &mut Vec<u32>, triangle: [u32; 3]) {
     let [a, b, c] = triangle;
     if a != b && b != c && c != a {
         out.extend(triangle);
