@@ -159,11 +159,28 @@ struct Surroundings<'a> {
     shared: Vec<bool>,
 }
 
-/// Memory for the loops of one node: half-edges, and vertices with their heights over its plane.
+/// Memory for the loops of one node: half-edges, what there is to know of their starts, and of those that the node pulls
+/// at their heights over its plane.
 #[derive(Default)]
 struct Scratch {
     entries: Vec<u32>,
-    heights: Vec<(u32, f64)>,
+    starts: Vec<Start>,
+    pulled: Vec<(Start, f64)>,
+}
+
+/// A vertex on the boundary of a node.
+#[derive(Clone, Copy)]
+struct Start {
+    vertex: u32,
+    key: f32,
+    /// The levels at which the node pulls at it.
+    levels: [bool; LEVELS],
+}
+
+impl Start {
+    fn is_pulled(&self) -> bool {
+        self.levels != [false; LEVELS]
+    }
 }
 
 /// Subtrees for tasks in order, and the nodes above them.
@@ -219,12 +236,7 @@ impl Surroundings<'_> {
         while let Some(s) = stack.pop() {
             let area = areas[s.faces.end - first_face] - areas[s.faces.start - first_face];
             if s.faces.len() == 1 {
-                let normal = self.mesh.normal_of_face(s.faces.start).as_dvec3();
-                for v in self.mesh.faces[s.faces.start] {
-                    // A face is its own plane.
-                    let pull = Pull::plane(normal, 0.0, area);
-                    self.at_levels(v as usize, 0.0, s.parent_key, |v, level| add(v, level, pull));
-                }
+                self.pull_of_face(&s, area, &mut add);
             } else {
                 self.pull_of_node(&s, area, &mut scratch, &mut add);
                 let [left, right] = children(self.splits, self.bounds, &s);
@@ -278,6 +290,18 @@ impl Surroundings<'_> {
         pulls
     }
 
+    /// Shows what the plane of a single face, which is its own, does to its corners.
+    fn pull_of_face(&self, s: &Subtree, area: f64, mut show: impl FnMut(usize, usize, Pull)) {
+        let corners = self.mesh.faces[s.faces.start].map(|v| self.start(v, 0.0, s.parent_key));
+        if corners.iter().any(Start::is_pulled) {
+            let normal = self.mesh.normal_of_face(s.faces.start).as_dvec3();
+            let pull = Pull::plane(normal, 0.0, area);
+            for corner in &corners {
+                self.at_levels(corner, |v, level| show(v, level, pull));
+            }
+        }
+    }
+
     /// Shows what the plane of a node does to the vertices on its boundary, as long as the node is drawn.
     fn pull_of_node(
         &self,
@@ -290,72 +314,79 @@ impl Surroundings<'_> {
         if !key.is_finite() || key >= s.parent_key {
             return;
         }
+        let Scratch { entries, starts, pulled } = scratch;
+        let entries = self.loops.read(s.node, entries);
+        starts.clear();
+        starts.extend(entries.iter().map(|h| self.start(self.mesh.origin(h & !LAST), key, s.parent_key)));
+        if !starts.iter().any(Start::is_pulled) {
+            return;
+        }
         let normal = split.normal.as_dvec3();
         // The polygon in the middle of its life.
         let middle = if s.parent_key.is_finite() { 0.5 * (key + s.parent_key) } else { 1.5 * key };
-        let Scratch { entries, heights } = scratch;
-        let entries = self.loops.read(s.node, entries);
-        let levels = |v: u32| self.levels(v as usize, key, s.parent_key);
-        if !entries.iter().any(|h| levels(self.mesh.origin(h & !LAST)) != [false; LEVELS]) {
-            return;
-        }
         let (mut sum, mut length) = (0.0, 0.0);
         let mut ends = (None, None);
-        heights.clear();
-        for h in entries {
-            let v = self.mesh.origin(h & !LAST);
-            let place = self.mesh.positions[v as usize].as_dvec3();
-            let height = normal.dot(place) - f64::from(split.offset);
-            heights.push((v, height));
-            let mut edge = |from: (DVec3, f64), to: (DVec3, f64)| {
-                let edge = from.0.distance(to.0);
-                sum += 0.5 * edge * (from.1 + to.1);
-                length += edge;
-            };
-            if f64::from(self.keys[v as usize]) > middle {
-                let to = (place, height);
-                ends = match ends {
-                    (Some(first), Some(from)) => {
-                        edge(from, to);
-                        (Some(first), Some(to))
+        pulled.clear();
+        for (h, start) in entries.iter().zip(&*starts) {
+            let is_corner = f64::from(start.key) > middle;
+            if is_corner || start.is_pulled() {
+                let place = self.mesh.positions[start.vertex as usize].as_dvec3();
+                let height = normal.dot(place) - f64::from(split.offset);
+                if start.is_pulled() {
+                    pulled.push((*start, height));
+                }
+                if is_corner {
+                    let to = (place, height);
+                    if let Some(from) = ends.1 {
+                        add_edge(from, to, &mut sum, &mut length);
                     }
-                    _ => (Some(to), Some(to)),
-                };
+                    ends = (ends.0.or(Some(to)), Some(to));
+                }
             }
             if h & LAST != 0 {
                 if let (Some(first), Some(last)) = ends {
-                    edge(last, first);
+                    add_edge(last, first, &mut sum, &mut length);
                 }
                 ends = (None, None);
             }
         }
         let mean = if length > 0.0 { sum / length } else { 0.0 };
-        for &(v, height) in heights.iter() {
-            self.at_levels(v as usize, key, s.parent_key, |v, level| {
-                show(v, level, Pull::plane(normal, 0.5 * (height + mean), area));
-            });
+        for (start, height) in &*pulled {
+            let pull = Pull::plane(normal, 0.5 * (height + mean), area);
+            self.at_levels(start, |v, level| show(v, level, pull));
         }
     }
 
-    /// The levels of a vertex at which a cluster with this key is drawn; copies along a seam count as one vertex.
-    fn at_levels(&self, vertex: usize, key: f64, parent_key: f64, mut show: impl FnMut(usize, usize)) {
-        for (level, is_drawn) in self.levels(vertex, key, parent_key).into_iter().enumerate() {
+    /// A vertex on the boundary of a cluster with this key.
+    #[inline]
+    fn start(&self, vertex: u32, key: f64, parent_key: f64) -> Start {
+        let own = self.keys[vertex as usize];
+        let levels = Displacement::AT.map(|share| {
+            let tolerance = share * f64::from(own);
+            tolerance >= key && tolerance < parent_key && own.is_finite()
+        });
+        Start { vertex, key: own, levels }
+    }
+
+    /// The levels of a vertex at which a cluster is drawn; copies along a seam count as one vertex.
+    #[inline]
+    fn at_levels(&self, start: &Start, mut show: impl FnMut(usize, usize)) {
+        for (level, is_drawn) in start.levels.into_iter().enumerate() {
             if is_drawn {
-                show(self.mesh.weld[vertex] as usize, level);
+                show(self.mesh.weld[start.vertex as usize] as usize, level);
             }
         }
-    }
-
-    fn levels(&self, vertex: usize, key: f64, parent_key: f64) -> [bool; LEVELS] {
-        let own = f64::from(self.keys[vertex]);
-        Displacement::AT.map(|share| {
-            let tolerance = share * own;
-            tolerance >= key && tolerance < parent_key && own.is_finite()
-        })
     }
 
     fn area(&self, face: usize) -> f64 {
         let [a, b, c] = self.mesh.faces[face].map(|v| self.mesh.positions[v as usize].as_dvec3());
         0.5 * (b - a).cross(c - a).length()
     }
+}
+
+/// Adds an edge of a polygon, between places at some heights, to the integral of the height and to the length.
+fn add_edge(from: (DVec3, f64), to: (DVec3, f64), sum: &mut f64, length: &mut f64) {
+    let edge = from.0.distance(to.0);
+    *sum += 0.5 * edge * (from.1 + to.1);
+    *length += edge;
 }

@@ -74,6 +74,13 @@ impl Displacement {
         self
     }
 
+    /// The displacements at the two tolerances of [`Displacement::AT`], in budget keys.
+    #[inline]
+    #[must_use]
+    pub fn stored(self) -> [[f64; 3]; 2] {
+        self.bytes.map(|d| d.map(|byte| f64::from(byte & !1) / STEPS))
+    }
+
     /// The displacement at a tolerance of so many keys, in budget keys.
     #[inline]
     pub fn at(self, tolerance: f64) -> [f64; 3] {
@@ -87,7 +94,7 @@ impl Displacement {
         } else {
             (0.0, tolerance * tolerance / (low * low))
         };
-        let [[a, b, c], [d, e, f]] = self.bytes.map(|d| d.map(|byte| f64::from(byte & !1) / STEPS));
+        let [[a, b, c], [d, e, f]] = self.stored();
         [(a, d), (b, e), (c, f)].map(|(high, low)| of_high * high + of_low * low)
     }
 }

@@ -112,7 +112,9 @@ impl Entries {
             Entries::Far(entries) => out.extend_from_slice(&entries[range]),
             Entries::Near { first, entries } => {
                 let mark = |e: u16| u32::from(e & NEAR_LAST) << 16;
-                out.extend(entries[range].iter().map(|&e| (first + u32::from(e & !NEAR_LAST)) | mark(e)));
+                // No half-edge is beyond 2^31: without a look at that, some are read at a time.
+                let half_edge = |e: u16| first.wrapping_add(u32::from(e & !NEAR_LAST));
+                out.extend(entries[range].iter().map(|&e| half_edge(e) | mark(e)));
             }
         }
     }

@@ -83,6 +83,17 @@ pub(super) fn raise(
     highest: f64,
     mut miss: impl FnMut(Chord) -> Option<(usize, f64)>,
 ) -> Vec<Raised> {
+    if let [_, _, _] = points {
+        // Most arcs have one vertex between their ends.
+        let lowest = key(1).min(highest);
+        let missed = if lowest < highest { miss(Chord { from: 0, to: 2, lowest, highest }) } else { None };
+        let raised = missed.map(|(i, distance)| (i, distance.min(highest))).filter(|m| m.1 > lowest);
+        let raised = raised.filter(|m| m.1 > key(m.0));
+        return raised
+            .map(|(point, key)| Raised { point, key, sphere: Sphere::of_points(points) })
+            .into_iter()
+            .collect();
+    }
     struct Stretch {
         within: Option<usize>,
         chord: Chord,
@@ -171,6 +182,21 @@ mod tests {
                 }
             }
             assert!(keys.iter().all(|k| *k <= 2.5), "none is drawn before the ends are");
+        }
+    }
+
+    #[test]
+    fn the_only_vertex_of_an_arc_is_raised_to_its_distance_unless_it_is_drawn_before() {
+        let points = [Vec3::ZERO, Vec3::new(1.0, 0.5, 0.0), Vec3::new(2.0, 0.0, 0.0)];
+        for (key, highest, expected) in [(0.0, 2.0, 0.5), (0.0, 0.25, 0.25), (0.375, 2.0, 0.5)] {
+            let raised = raise(&points, |_| key, highest, |c| farthest_from_chord(&points, c.from, c.to));
+            assert_eq!(raised.iter().map(|r| (r.point, r.key)).collect::<Vec<_>>(), [(1, expected)]);
+            assert!(points.iter().all(|p| raised[0].sphere.center.distance(*p) <= raised[0].sphere.radius));
+        }
+        for (key, highest) in [(0.5, 2.0), (0.75, 2.0), (0.75, 0.25)] {
+            assert!(
+                raise(&points, |_| key, highest, |c| farthest_from_chord(&points, c.from, c.to)).is_empty()
+            );
         }
     }
 

@@ -64,8 +64,10 @@ impl Slab {
     }
 
     /// Widens the extent to a height.
+    #[inline]
     pub(super) fn add(&mut self, height: f64) {
-        self.extent = (self.extent.0.min(height), self.extent.1.max(height));
+        let (low, high) = self.extent;
+        self.extent = (if height < low { height } else { low }, if height > high { height } else { high });
     }
 
     /// Raises the bound to a distance.

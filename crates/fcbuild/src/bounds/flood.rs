@@ -3,6 +3,7 @@
 use super::distance::Slab;
 use super::hull::{Hull, Side};
 use super::node::Cluster;
+use crate::arcs::loops::LAST;
 use crate::mesh::NONE;
 use crate::tree_order::TreeMesh;
 use glam::{DMat3, DVec2, DVec3};
@@ -70,41 +71,68 @@ pub(super) struct Around<'a> {
     pub(super) hull: &'a Hull,
 }
 
+/// A stretch of a cluster's only loop.
+#[derive(Clone, Copy)]
+pub(super) struct Arc<'a> {
+    /// The vertices of the loop, twice around.
+    pub(super) seen: &'a [Seen],
+    /// The places where it starts and ends, on the first round or the second.
+    pub(super) ends: (usize, usize),
+}
+
+impl Arc<'_> {
+    /// Whether the edge at a place of the loop, which is so long, is part of it.
+    #[inline]
+    fn has(&self, place: usize, len: usize) -> bool {
+        let (from, to) = self.ends;
+        [place, place + len].into_iter().any(|place| place >= from && place < to)
+    }
+}
+
 impl Flood {
     /// Widens the slab by what is seen in a hull of the surface beyond the border; false if some of it is steep, and left
-    /// out. `runs` are the stretches of the border that may come near the hull, and `edge` shows the half-edge at a place
-    /// of the border, and where its ends are seen.
+    /// out. `runs` are the stretches of the border that may come near the hull.
     pub(super) fn look(
         &mut self,
         around: Around<'_>,
+        arc: Arc<'_>,
         runs: impl Iterator<Item = Range<usize>>,
-        edge: impl Fn(usize) -> (u32, [Seen; 2]),
         slab: &mut Slab,
     ) -> bool {
         let Around { mesh, cluster, gaze, hull } = around;
         let Flood { reached, waiting, visited } = self;
         reached.clear();
         waiting.clear();
-        visited.clear();
         let reach_at = |seen: Seen| Reached { seen, side: hull.side(seen.at) };
         // The place after that of the last edge that was near: its start is reached.
         let mut follows = None;
-        for place in runs.flatten() {
-            let (half_edge, [p, q]) = edge(place);
-            let across = mesh.opposite[half_edge as usize];
-            // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
-            if across != NONE && hull.is_near(p.at, q.at) {
+        for run in runs {
+            for (place, ends) in run.clone().zip(arc.seen[run.start..=run.end].array_windows()) {
+                let [p, q] = ends;
+                if !hull.is_near(p.at, q.at) || hull.is_left() && arc.has(place, cluster.loops.len()) {
+                    continue;
+                }
+                // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
+                let across = mesh.opposite[(cluster.loops[place] & !LAST) as usize];
+                if across == NONE {
+                    continue;
+                }
                 if follows != Some(place) {
-                    reached.push(reach_at(p));
+                    reached.push(reach_at(*p));
                 }
                 follows = Some(place + 1);
                 let from = reached.len() - 1;
-                reached.push(reach_at(q));
+                reached.push(reach_at(*q));
                 if reach(hull, &reached[from], &reached[from + 1], slab) {
                     waiting.push(Waiting { half_edge: across, ends: [from as u32 + 1, from as u32] });
                 }
             }
         }
+        if waiting.is_empty() {
+            return true;
+        }
+        visited.clear();
+        let own = 3 * cluster.faces.start as u32..3 * cluster.faces.end as u32;
         let mut is_covered = true;
         while let Some(Waiting { half_edge, ends: [p, q] }) = waiting.pop() {
             let face = half_edge / 3;
@@ -131,8 +159,7 @@ impl Flood {
             let mut look_across = |edge: u32, from: &Reached, to: &Reached, ends: [u32; 2]| {
                 if reach(hull, from, to, slab) {
                     let across = mesh.opposite[edge as usize];
-                    let is_own = cluster.faces.contains(&(across as usize / 3));
-                    if across != NONE && !is_own && !visited.has(across / 3) {
+                    if across != NONE && !own.contains(&across) && !visited.has(across / 3) {
                         waiting.push(Waiting { half_edge: across, ends });
                         return true;
                     }
@@ -166,24 +193,41 @@ fn reach(hull: &Hull, from: &Reached, to: &Reached, slab: &mut Slab) -> bool {
 }
 
 /// A set of faces that is emptied at once.
+///
+/// Most floods come to a handful of faces, a few to thousands: the part of the table that is in use grows with them and
+/// starts anew, so that small ones stay in a corner of the memory.
 #[derive(Debug)]
 struct Visited {
-    /// Faces at the place that their number names or soon after it, below the round in which each came. Of a power of two
-    /// in length, and at most half full.
+    /// Faces near the place that their number comes to, below the round in which each came.
     slots: Vec<u64>,
+    /// The last of the slots in use, whose number is a power of two; at most half of them are full.
+    last: usize,
+    /// A product with so many bits cut off is a slot in use.
+    cut: u32,
     round: u32,
-    count: usize,
+    faces: Vec<u32>,
 }
+
+/// The logarithm of the least number of slots.
+const LEAST: u32 = 6;
 
 impl Default for Visited {
     fn default() -> Visited {
-        Visited { slots: vec![0; 64], round: 1, count: 0 }
+        let slots = vec![0; 1 << LEAST];
+        Visited { last: slots.len() - 1, slots, cut: u32::BITS - LEAST, round: 1, faces: Vec::new() }
     }
 }
 
 impl Visited {
     fn clear(&mut self) {
-        self.count = 0;
+        self.faces.clear();
+        self.last = (1 << LEAST) - 1;
+        self.cut = u32::BITS - LEAST;
+        self.next_round();
+    }
+
+    /// Empties all slots.
+    fn next_round(&mut self) {
         self.round = self.round.wrapping_add(1);
         if self.round == 0 {
             self.slots.fill(0);
@@ -201,15 +245,15 @@ impl Visited {
     #[inline]
     fn place(&self, face: u32) -> (usize, bool) {
         let entry = self.entry(face);
-        let last = self.slots.len() - 1;
-        // Neighbours have near numbers: they spread over the table as they are.
-        let mut place = face as usize & last;
+        // Faces come in runs of near numbers, and runs in the same slots would make long ones: a product with the golden
+        // ratio sets them apart.
+        let mut place = (face.wrapping_mul(0x9E37_79B9) >> self.cut) as usize;
         loop {
-            let slot = self.slots[place];
-            if slot == entry || slot >> 32 != entry >> 32 {
-                return (place, slot == entry);
+            let differs = self.slots[place] ^ entry;
+            if differs == 0 || differs >> 32 != 0 {
+                return (place, differs == 0);
             }
-            place = (place + 1) & last;
+            place = (place + 1) & self.last;
         }
     }
 
@@ -226,19 +270,24 @@ impl Visited {
             return false;
         }
         self.slots[place] = self.entry(face);
-        self.count += 1;
-        if 2 * self.count > self.slots.len() {
+        self.faces.push(face);
+        if self.faces.len() > self.last / 2 {
             self.grow();
         }
         true
     }
 
+    #[cold]
     fn grow(&mut self) {
-        let larger = vec![0; 2 * self.slots.len()];
-        let old = std::mem::replace(&mut self.slots, larger);
-        for slot in old.into_iter().filter(|slot| (slot >> 32) as u32 == self.round) {
-            let (place, _) = self.place(slot as u32);
-            self.slots[place] = slot;
+        self.last = 2 * self.last + 1;
+        self.cut -= 1;
+        if self.slots.len() <= self.last {
+            self.slots.resize(self.last + 1, 0);
+        }
+        self.next_round();
+        for i in 0..self.faces.len() {
+            let (place, _) = self.place(self.faces[i]);
+            self.slots[place] = self.entry(self.faces[i]);
         }
     }
 }

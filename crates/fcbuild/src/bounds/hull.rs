@@ -10,19 +10,27 @@ pub(super) struct Hull {
     points: Vec<DVec2>,
     corners: Vec<DVec2>,
     edges: Vec<Edge>,
+    /// The same edges side by side.
+    fours: Vec<Four>,
     low: DVec2,
     high: DVec2,
-    /// The length of the diagonal of its box.
-    across: f64,
+    is_left: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     start: DVec2,
     along: DVec2,
+    /// By how much a cross product with it may be off.
+    rounding: f64,
 }
 
 impl Edge {
+    /// An edge of a hull that is so far across.
+    fn new(start: DVec2, along: DVec2, across: f64) -> Edge {
+        Edge { start, along, rounding: ROUNDING * along.length() * across }
+    }
+
     /// Positive for points to the left, inside.
     #[inline]
     fn cross(&self, p: DVec2) -> f64 {
@@ -37,11 +45,41 @@ impl Edge {
             return None;
         }
         if at_p < 0.0 {
-            *from = from.max(at_p / (at_p - at_q));
+            let share = at_p / (at_p - at_q);
+            *from = if share > *from { share } else { *from };
         } else if at_q < 0.0 {
-            *to = to.min(at_p / (at_p - at_q));
+            let share = at_p / (at_p - at_q);
+            *to = if share < *to { share } else { *to };
         }
         Some(())
+    }
+}
+
+/// Four edges, so that a processor looks at two at a time. Those that fill up the last four have every point on them.
+#[derive(Clone, Copy, Debug)]
+struct Four {
+    start: [[f64; 4]; 2],
+    along: [[f64; 4]; 2],
+    rounding: [f64; 4],
+}
+
+impl Four {
+    fn of(edges: &[Edge]) -> Four {
+        let none = Edge { start: DVec2::ZERO, along: DVec2::ZERO, rounding: -1.0 };
+        let edge = |i: usize| edges.get(i).copied().unwrap_or(none);
+        let each = |value: fn(Edge) -> f64| std::array::from_fn(|i| value(edge(i)));
+        Four {
+            start: [each(|e| e.start.x), each(|e| e.start.y)],
+            along: [each(|e| e.along.x), each(|e| e.along.y)],
+            rounding: each(|e| e.rounding),
+        }
+    }
+
+    /// [`Edge::cross`] of each.
+    #[inline]
+    fn cross(&self, p: DVec2) -> [f64; 4] {
+        let ([from_x, from_y], [x, y]) = (&self.start, &self.along);
+        std::array::from_fn(|i| x[i] * (p.y - from_y[i]) - y[i] * (p.x - from_x[i]))
     }
 }
 
@@ -81,27 +119,29 @@ impl Hull {
         sorted.clear();
         sorted.extend(points);
         corners.clear();
+        self.is_left = false;
         if let [a, b, c] = sorted[..]
             && let turn = (b - a).perp_dot(c - a)
             && turn != 0.0
         {
             // Most arcs have one vertex between their ends.
+            self.is_left = turn > 0.0;
             corners.extend(if turn > 0.0 { [a, b, c] } else { [a, c, b] });
         } else {
-            sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+            sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)));
             add_chain(corners, sorted.iter());
             add_chain(corners, sorted.iter().rev());
         }
-        self.low = self.corners.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
-        self.high = self.corners.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
+        self.low = corners.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
+        self.high = corners.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
         self.find_edges();
     }
 
     fn find_edges(&mut self) {
-        let Hull { corners, edges, low, high, .. } = self;
+        let Hull { corners, edges, fours, low, high, .. } = self;
+        // The diagonal of its box.
         let across = (*high - *low).length();
-        self.across = across;
-        let edge = |start: DVec2, along: DVec2| Edge { start, along };
+        let edge = |start: DVec2, along: DVec2| Edge::new(start, along, across);
         edges.clear();
         if let (Some(first), Some(last)) = (corners.first(), corners.last()) {
             edges.extend(corners.array_windows().map(|[u, v]| edge(*u, *v - *u)));
@@ -118,11 +158,19 @@ impl Hull {
             let (x, y) = (DVec2::X * across, DVec2::Y * across);
             edges.extend([edge(*low, x), edge(*high, -x), edge(*high, y), edge(*low, -y)]);
         }
+        fours.clear();
+        fours.extend(edges.chunks(4).map(Four::of));
     }
 
     /// Whether it has an inside.
     pub(super) fn has_area(&self) -> bool {
         self.corners.len() > 2
+    }
+
+    /// Whether it is known to lie to the left of all segments from one of its points to the next.
+    #[inline]
+    pub(super) fn is_left(&self) -> bool {
+        self.is_left
     }
 
     /// Whether a point lies inside, not on an edge.
@@ -136,16 +184,15 @@ impl Hull {
     /// On which side of its edges a point lies.
     #[inline]
     pub(super) fn side(&self, p: DVec2) -> Side {
-        let mut beyond = 0;
-        for edge in self.edges.iter().rev() {
-            beyond = beyond << 1 | u64::from(edge.cross(p) < 0.0);
+        let (mut beyond, mut is_deep) = (0, true);
+        for four in self.fours.iter().rev() {
+            let cross = four.cross(p);
+            let is_beyond = cross.map(|cross| u64::from(cross < 0.0));
+            let [a, b, c, d] = is_beyond;
+            beyond = beyond << 4 | (a | b << 1 | c << 2 | d << 3);
+            is_deep &= (0..4).fold(true, |deep, i| deep & (cross[i] > four.rounding[i]));
         }
-        Side { beyond, is_deep: beyond == 0 && self.is_deep(p) }
-    }
-
-    /// Whether a point lies inside, by more than a cross product with an edge may be off.
-    fn is_deep(&self, p: DVec2) -> bool {
-        self.edges.iter().all(|edge| edge.cross(p) > ROUNDING * edge.along.length() * self.across)
+        Side { beyond, is_deep }
     }
 
     /// Whether a segment comes near.

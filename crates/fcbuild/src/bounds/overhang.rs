@@ -7,7 +7,7 @@
 //! cover. `docs/bound.md` has the argument.
 
 use super::distance::Slab;
-use super::flood::{Around, Flood, Gaze, Seen};
+use super::flood::{Arc, Around, Flood, Gaze, Seen};
 use super::hull::Hull;
 use super::node::{Above, Cluster};
 use crate::arcs::loops::LAST;
@@ -146,9 +146,9 @@ impl Overhang {
             }
             let mut wide = *slab;
             let around = Around { mesh: border.mesh, cluster: border.at, gaze, hull: &self.hull };
-            let edge = |place: usize| (border.half_edge(place), [self.seen[place], self.seen[place + 1]]);
             let runs = near(&self.runs, &self.hull, n);
-            if !self.flood.look(around, runs, edge, &mut wide) {
+            let arc = Arc { seen: &self.seen, ends: (from, to) };
+            if !self.flood.look(around, arc, runs, &mut wide) {
                 let arc = self.seen[from..=to].iter().map(|seen| seen.height);
                 let distance = self.aside(from, to).hypot(narrow.reach(arc));
                 if distance > raise_up_to {
@@ -174,18 +174,23 @@ impl Overhang {
         // The ends of the arcs before and after.
         let next = corner(arc + 2).min(from + n);
         let last = corner(arc + count - 1).max(to);
+        // Of places counted from the arc on, which may start a turn on.
+        let turn = if from < n { 0 } else { n };
         let is_in_the_way = |place: usize| {
-            let p = self.seen[place].at;
-            if !self.hull.is_near(p, p) {
-                return false;
-            }
-            // Counted from the arc on.
-            let place = if place <= to { place + n } else { place };
-            let place = if place <= to { place + n } else { place };
+            let p = self.seen[place - turn].at;
             let meets = place <= next || place >= last;
-            place < from + n && self.hull.holds(p) && (!meets || (b - a).perp_dot(p - a) < beyond)
+            self.hull.holds(p) && (!meets || (b - a).perp_dot(p - a) < beyond)
         };
-        near(&self.runs, &self.hull, n).any(|mut run| run.any(is_in_the_way))
+        if n <= 2 * RUN {
+            return (to + 1..from + n).any(is_in_the_way);
+        }
+        near(&self.runs, &self.hull, n).any(|mut run| {
+            run.any(|place| {
+                let place = place + turn;
+                let place = if place <= to { place + n } else { place };
+                place > to && place < from + n && is_in_the_way(place)
+            })
+        })
     }
 
     /// How far, as they are seen, a point in the hull of an arc may be from any curve in the hull that joins the arc's

@@ -12,6 +12,7 @@ use crate::arcs::loops::LAST;
 use crate::bounds::{NodeBounds, RIDGE};
 use crate::mesh::NONE;
 use crate::tree_order::TreeMesh;
+use fcgeom::{round_down, round_up};
 use fct::ShortFloat;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -35,43 +36,56 @@ pub(crate) fn unasked(mesh: &TreeMesh) -> Vec<AtomicU8> {
 /// Writes into each displacement the share that all clusters allow. The least of some numbers does not depend on the order
 /// in which threads find them.
 pub(crate) fn share_out(tree: ClusterTree<'_>, shares: &[AtomicU8], displaced: &mut [Displacement]) {
-    let weld = &tree.mesh.weld;
+    let mesh = tree.mesh;
     let limit = |v: usize, share: f64| {
         shares[v].fetch_min((share * f64::from(Displacement::WHOLE)) as u8, Ordering::Relaxed);
     };
-    (0..displaced.len()).into_par_iter().filter(|v| weld[*v] as usize == *v).for_each(|v| {
+    let mut reaches = vec![Reach::default(); displaced.len()];
+    reaches.par_iter_mut().enumerate().for_each(|(v, reach)| {
         let vertex = Vertex::new(displaced[v], &tree.keys[v]);
         limit(v, vertex.share(0.0, |step, allowed| MOST * allowed / step.length()));
         if displaced[v].is_none() {
             shares[v].store(0, Ordering::Relaxed);
         }
+        *reach = vertex.reach();
     });
-    (0..tree.splits.len()).into_par_iter().for_each_init(Vec::new, |memory, node| {
+    (0..tree.splits.len()).into_par_iter().for_each_init(Default::default, |memory: &mut Memory, node| {
         if tree.splits[node].joins_components || !tree.nodes[node].bound.is_finite() {
             return;
         }
-        let border = tree.loops.read(node, memory);
-        let cluster = Cluster::new(tree, node, border);
-        for h in border {
-            let place = tree.mesh.origin(h & !LAST) as usize;
-            let v = weld[place] as usize;
+        let Memory { border, heights } = memory;
+        let border = tree.loops.read(node, border);
+        let cluster = Cluster::new(tree, node, border, heights);
+        for (h, height) in border.iter().zip(heights) {
+            let v = mesh.origin(h & !LAST) as usize;
             let now = shares[v].load(Ordering::Relaxed);
-            if now > 0 {
+            if now > 0 && !cluster.allows_all(*height, reaches[v], displaced[v], of_whole(now)) {
                 let vertex = Vertex::new(displaced[v], &tree.keys[v]);
-                let share = cluster.share(&vertex, tree.mesh.positions[place].as_dvec3(), of_whole(now));
+                let share = cluster.share(&vertex, *height, of_whole(now));
                 if share < of_whole(now) {
                     limit(v, share);
                 }
             }
         }
     });
-    for (own, w) in displaced.iter_mut().zip(weld) {
+    // Copies along a seam go together.
+    for (v, w) in mesh.weld.iter().enumerate().filter(|(v, w)| *v != **w as usize) {
+        shares[*w as usize].fetch_min(shares[v].load(Ordering::Relaxed), Ordering::Relaxed);
+    }
+    for (own, w) in displaced.iter_mut().zip(&mesh.weld) {
         *own = own.with_share(shares[*w as usize].load(Ordering::Relaxed));
     }
 }
 
 fn of_whole(share: u8) -> f64 {
     f64::from(share) / f64::from(Displacement::WHOLE)
+}
+
+/// What is used again for each cluster: its border, and how high the vertices of that lie.
+#[derive(Default)]
+struct Memory {
+    border: Vec<u32>,
+    heights: Vec<f64>,
 }
 
 /// A cluster as its vertices see it.
@@ -82,27 +96,75 @@ struct Cluster<'a> {
     /// Heights between which its border lies.
     low: f64,
     high: f64,
+    /// At its bound: how far vertices may go along the direction, less the room above the highest one and below the lowest
+    /// one; and how far they may go at all.
+    less_room: [f64; 2],
+    step: f64,
 }
 
 impl Cluster<'_> {
-    fn new<'a>(tree: ClusterTree<'a>, node: usize, border: &[u32]) -> Cluster<'a> {
+    /// Also fills in how high the vertices of its border lie.
+    fn new<'a>(tree: ClusterTree<'a>, node: usize, border: &[u32], heights: &mut Vec<f64>) -> Cluster<'a> {
         let own = &tree.nodes[node];
         let direction = own.slack.direction();
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        if !own.from_corners {
-            for h in border {
-                let place = tree.mesh.positions[tree.mesh.origin(h & !LAST) as usize];
-                let height = direction.dot(place.as_dvec3());
-                (low, high) = (low.min(height), high.max(height));
-            }
+        heights.clear();
+        if own.from_corners {
+            // Nothing is measured along a direction.
+            heights.resize(border.len(), 0.0);
+        } else {
+            let place = |h: &u32| tree.mesh.positions[tree.mesh.origin(h & !LAST) as usize].as_dvec3();
+            heights.extend(border.iter().map(|h| direction.dot(place(h))));
         }
-        Cluster { node: own, bound: f64::from(own.bound), direction, low, high }
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for &height in &*heights {
+            low = if height < low { height } else { low };
+            high = if height > high { height } else { high };
+        }
+        Cluster::around(own, direction, low, high)
+    }
+
+    fn around(node: &NodeBounds, direction: DVec3, low: f64, high: f64) -> Cluster<'_> {
+        let (bound, slack) = (f64::from(node.bound), &node.slack);
+        let less_room = slack.room(bound, bound).map(|room| bound / RIDGE - room);
+        Cluster { node, bound, direction, low, high, less_room, step: slack.step(bound, bound) }
+    }
+
+    /// Whether it is sure to allow this share of all steps to a vertex of its border: sooner seen than how much it allows.
+    ///
+    /// Where more is allowed than the bound, there is as much more room on all sides.
+    #[inline]
+    fn allows_all(&self, height: f64, reach: Reach, displacement: Displacement, share: f64) -> bool {
+        let lowest = self.less_room[0] - (self.high - height);
+        let highest = self.less_room[1] - (height - self.low);
+        let off = if self.node.from_corners { 0.0 } else { lowest.abs().max(highest.abs()) };
+        // Wherever the steps go.
+        let allows_long = |length: f64, more: f64| {
+            let length = length * (1.0 + ROUNDING);
+            length <= self.step + more && off + length <= (self.bound + more) / RIDGE
+        };
+        let allows = |step: [f64; 3], unit: f64| {
+            let step = DVec3::from_array(step) * unit;
+            let (most, square, up) = (self.bound / RIDGE, step.length_squared(), step.dot(self.direction));
+            let across = (square - up * up).max(0.0);
+            let (from_lowest, from_highest) = (lowest + up, highest - up);
+            let farthest = (from_lowest * from_lowest).max(from_highest * from_highest) + across;
+            farthest * (1.0 + ROUNDING) <= most * most && square * (1.0 + ROUNDING) <= self.step * self.step
+        };
+        let (length, low) = (share * f64::from(reach.longest), f64::from(reach.low));
+        let unit = share * f64::from(reach.budget);
+        if self.bound < low {
+            let shrunk = (self.bound / low) * (self.bound / low);
+            let [_, at_low] = displacement.stored();
+            (allows_long(length * shrunk, 0.0) || allows(at_low, unit * shrunk))
+                && allows_long(length, low - self.bound)
+        } else {
+            allows_long(length, 0.0) || displacement.stored().into_iter().all(|step| allows(step, unit))
+        }
     }
 
     /// The share that the cluster allows to a vertex of its border, at most 1; 1 for any from `now` on.
-    fn share(&self, vertex: &Vertex, place: DVec3, now: f64) -> f64 {
+    fn share(&self, vertex: &Vertex, height: f64, now: f64) -> f64 {
         let slack = &self.node.slack;
-        let height = self.direction.dot(place);
         vertex.share(self.bound, |step, allowed| {
             let (length, most) = (step.length(), allowed / RIDGE);
             let beside = slack.step(self.bound, allowed) / length;
@@ -151,6 +213,17 @@ impl Vertex {
         Vertex { displacement, bound, budget }
     }
 
+    /// How far it goes.
+    fn reach(&self) -> Reach {
+        let length = |at: f64| DVec3::from_array(self.displacement.at(at)).length();
+        let [high, low] = Displacement::AT;
+        Reach {
+            longest: round_up(length(high).max(length(low)) * self.budget),
+            low: round_down(low * self.bound),
+            budget: round_up(self.budget),
+        }
+    }
+
     /// The largest share, at most 1, that `allows` gives its steps at all tolerances from `bound` on. The smaller steps
     /// that it takes below, where its own sphere is nearer to an eye than the cluster's, are allowed then too.
     ///
@@ -170,6 +243,20 @@ impl Vertex {
         }
         share.max(0.0)
     }
+}
+
+/// More than all rounding of a comparison.
+const ROUNDING: f64 = 1e-6;
+
+/// How far a vertex goes at most.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reach {
+    /// No step that it takes at any tolerance is longer; NaN where it takes none.
+    longest: f32,
+    /// Its steps shrink with the square of the tolerance below this.
+    low: f32,
+    /// The unit of its steps.
+    budget: f32,
 }
 
 #[cfg(test)]
@@ -210,5 +297,35 @@ mod tests {
             let most = (1..2_000).map(reach).fold(0.0, f64::max);
             assert!((most - 1.0).abs() < 1e-6, "{bound}: {most}");
         }
+    }
+
+    /// What is seen at once is what a closer look comes to.
+    #[test]
+    fn a_share_that_is_allowed_without_a_closer_look_is_allowed() {
+        let (mut at_once, mut no_more) = (0, 0);
+        let mut state = 5_u32;
+        let mut random = |low: f64, high: f64| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            low + (high - low) * f64::from(state >> 8) / 16_777_216.0
+        };
+        for _ in 0..20_000 {
+            let mut node =
+                NodeBounds { bound: 1.0, from_corners: random(0.0, 1.0) < 0.2, ..NodeBounds::UNKNOWN };
+            node.raise_bound(random(1.0, 3.0) as f32);
+            let direction = node.slack.direction();
+            let cluster = Cluster::around(&node, direction, 0.0, random(0.0, 1.5));
+            let mut step = || [0; 3].map(|_| random(-0.5, 0.5));
+            let displacement = Displacement::encode([step(), step()], ShortFloat::up(1.0));
+            let vertex = Vertex { displacement, bound: random(0.5, 12.0), budget: random(0.1, 3.0) };
+            let (height, share) = (random(0.0, cluster.high), random(0.1, 1.0));
+            let allowed = cluster.share(&vertex, height, share);
+            if cluster.allows_all(height, vertex.reach(), displacement, share) {
+                at_once += 1;
+                assert!(allowed >= share, "{allowed} of {share}");
+            } else if allowed < share {
+                no_more += 1;
+            }
+        }
+        assert!(at_once > 2_000 && no_more > 2_000, "{at_once} {no_more}");
     }
 }

@@ -12,7 +12,9 @@ use rayon::prelude::*;
 /// Without it, squared lengths of very large or very small models would leave the range of single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    exponent: i32,
+    /// Length of one normal unit in the input's unit, a power of two, and its inverse.
+    length: f64,
+    inverse: f64,
     /// Added to the stored positions gives the input's coordinates; zero for single-precision input.
     pub origin: DVec3,
 }
@@ -60,7 +62,7 @@ impl Units {
             .remedy("scale it up before building"));
         }
         let exponent = binary_exponent(size);
-        let units = Units { exponent, origin };
+        let units = Units { length: power_of_two(exponent), inverse: power_of_two(-exponent), origin };
         let finite = |p: Vec3| if p.is_finite() { p } else { Vec3::ZERO };
         let stored: Vec<Vec3> = match positions {
             Positions::F32(v) => v.into_iter().map(|p| finite(p.into())).collect(),
@@ -72,17 +74,17 @@ impl Units {
 
     /// A stored position in normal units.
     pub fn normal(&self, stored: Vec3) -> Vec3 {
-        (stored.as_dvec3() * power_of_two(-self.exponent)).as_vec3()
+        (stored.as_dvec3() * self.inverse).as_vec3()
     }
 
     /// A position in normal units as it is stored: the same again, unless [`Units::normal`] lost digits of it.
     pub fn stored(&self, normal: Vec3) -> Vec3 {
-        (normal.as_dvec3() * power_of_two(self.exponent)).as_vec3()
+        (normal.as_dvec3() * self.length).as_vec3()
     }
 
     /// Length of one normal unit in the input's unit: a power of two.
     pub fn length(&self) -> f64 {
-        power_of_two(self.exponent)
+        self.length
     }
 }
 
