@@ -43,11 +43,17 @@ impl Records {
         let polygons = polygon_records(&mesh, splits, &loops, &clusters.outlined);
         let scale = Scale(mesh.units.length());
         drop(loops);
-        let vertices: Option<Vec<VertexRecord>> = (0..mesh.positions.len())
-            .into_par_iter()
-            .map(|v| vertex_record(scale, mesh.stored(v as u32), &activity[v], displaced[v]))
-            .collect();
+        let mut vertices = vec![VertexRecord::default(); mesh.positions.len()];
+        let is_done = |(v, record): (usize, &mut VertexRecord)| {
+            let found = vertex_record(scale, mesh.stored(v as u32), &activity[v], displaced[v]);
+            *record = found.unwrap_or_default();
+            found.is_some()
+        };
+        let are_all_done = vertices.par_iter_mut().enumerate().all(is_done);
         drop((activity, displaced));
+        if !are_all_done {
+            return Err(too_large());
+        }
         let TreeMesh { normals, colors, weld, .. } = mesh;
         let weld = weld
             .iter()
@@ -57,7 +63,7 @@ impl Records {
             .collect();
         Ok(Records {
             clusters: clusters.packed,
-            vertices: vertices.ok_or_else(too_large)?,
+            vertices,
             weld,
             polygons,
             normals,

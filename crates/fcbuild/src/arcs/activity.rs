@@ -87,15 +87,33 @@ pub(crate) fn gather(asking: &Asking<'_>) -> Vec<Activity> {
 /// For each face the node whose split leaves it alone; [`NONE`] if it is the only face.
 fn split_off(splits: &[Split], faces: usize) -> Vec<u32> {
     let mut split_off = vec![NONE; faces];
-    let mut stack = vec![(NONE, Subtree::whole(faces))];
+    split_off_below(splits, NONE, Subtree::whole(faces), &mut split_off);
+    split_off
+}
+
+/// Below this many faces a subtree stays on one thread.
+const SERIAL_BELOW: usize = 16_384;
+
+/// The same for the faces of a subtree, whose root is a child of this node.
+fn split_off_below(splits: &[Split], parent: u32, at: Subtree, out: &mut [u32]) {
+    if at.faces.len() >= SERIAL_BELOW {
+        let (left, node) = (splits[at.node].left_faces as usize, at.node as u32);
+        let ([at_l, at_r], (out_l, out_r)) = (at.children(splits), out.split_at_mut(left));
+        rayon::join(
+            || split_off_below(splits, node, at_l, out_l),
+            || split_off_below(splits, node, at_r, out_r),
+        );
+        return;
+    }
+    let first = at.faces.start;
+    let mut stack = vec![(parent, at)];
     while let Some((parent, at)) = stack.pop() {
         if at.is_face() {
-            split_off[at.faces.start] = parent;
+            out[at.faces.start - first] = parent;
         } else {
             stack.extend(at.children(splits).map(|child| (at.node as u32, child)));
         }
     }
-    split_off
 }
 
 /// Adds what curves ask for to the records.

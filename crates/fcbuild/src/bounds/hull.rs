@@ -120,13 +120,14 @@ impl Hull {
         sorted.extend(points);
         corners.clear();
         self.is_left = false;
-        if let [a, b, c] = sorted[..]
-            && let turn = (b - a).perp_dot(c - a)
-            && turn != 0.0
-        {
-            // Most arcs have one vertex between their ends.
+        let turn = if let [a, b, c, ..] = sorted[..] { (b - a).perp_dot(c - a) } else { 0.0 };
+        if turn < 0.0 {
+            sorted.reverse();
+        }
+        if turn != 0.0 && sorted.len() <= MOST_TURNS && turns_left(sorted) {
+            // Most arcs bend to one side.
             self.is_left = turn > 0.0;
-            corners.extend(if turn > 0.0 { [a, b, c] } else { [a, c, b] });
+            corners.extend_from_slice(sorted);
         } else {
             sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)));
             add_chain(corners, sorted.iter());
@@ -235,6 +236,19 @@ fn is_left(along: DVec2, to: DVec2) -> bool {
     cross > 0.0 && cross * cross > ROUNDING * ROUNDING * along.length_squared() * to.length_squared()
 }
 
+/// An arc of more points hardly ever bends to one side, and is not asked for it.
+const MOST_TURNS: usize = 16;
+
+/// Whether points are the corners of a convex polygon, counter-clockwise.
+fn turns_left(points: &[DVec2]) -> bool {
+    let n = points.len();
+    let triples = || (0..n).map(|i| [i, i + 1, i + 2].map(|i| points[if i < n { i } else { i - n }]));
+    let is_before = |a: DVec2, b: DVec2| a.x < b.x || a.x == b.x && a.y < b.y;
+    triples().all(|[a, b, c]| (b - a).perp_dot(c - a) > 0.0)
+        // Once around and not more often.
+        && triples().filter(|[a, b, c]| is_before(*b, *a) && is_before(*b, *c)).count() == 1
+}
+
 /// Adds one side of a hull, from the first point to the last one, which begins the other side.
 fn add_chain<'a>(corners: &mut Vec<DVec2>, points: impl Iterator<Item = &'a DVec2>) {
     let start = corners.len();
@@ -316,6 +330,22 @@ mod tests {
         assert!(round.iter().all(|p| is_in(*p * 0.999_999)));
         assert!(!round.iter().any(|p| is_in(*p * 1.05)));
         assert!(!is_in(DVec2::new(0.3, -1e-9)) && !is_in(DVec2::new(-40.0, 0.5)));
+    }
+
+    /// A star's corners turn to the left as well.
+    #[test]
+    fn arcs_that_bend_to_one_side_have_the_hull_of_their_points_in_any_order() {
+        let corner = |i: usize| [(3., 0.), (1., 3.), (-2., 2.), (-2., -2.), (1., -3.)][i % 5];
+        for (step, is_left) in [(1, true), (4, false), (2, false), (3, false)] {
+            let points: Vec<DVec2> = (0..5).map(|i| corner(i * step).into()).collect();
+            let mut hull = Hull::default();
+            hull.surround(points.iter().copied());
+            assert_eq!(hull.is_left(), is_left);
+            assert_eq!(hull.corners.len(), 5);
+            let first = hull.corners.iter().position(|c| *c == points[0]).unwrap();
+            let around: Vec<DVec2> = (0..5).map(|i| hull.corners[(first + i) % 5]).collect();
+            assert_eq!(around, (0..5).map(|i| corner(i).into()).collect::<Vec<DVec2>>());
+        }
     }
 
     #[test]

@@ -37,7 +37,7 @@ const CELL: usize = 4096;
 const SHRINK: usize = 8;
 
 /// Cells that each thread merges before their results are put away: more wait less for one another, and take memory.
-const CELLS_AT_ONCE: usize = 16;
+const CELLS_AT_ONCE: usize = 8;
 
 /// So many clusters are merged in one queue.
 const LAST_ROUND: usize = 16_384;
@@ -172,15 +172,19 @@ impl Forest {
     fn cells<C: Send>(&mut self, cells: Vec<C>, merge: impl Fn(C) -> Merged + Sync) -> Round {
         let mut round = Round::default();
         let mut rest = cells.into_iter();
+        let mut done: Vec<Merged> = Vec::new();
         loop {
             let some: Vec<C> = rest.by_ref().take(CELLS_AT_ONCE * rayon::current_num_threads()).collect();
-            if some.is_empty() {
+            let is_last = some.is_empty();
+            // What is done is put away while the next ones are merged.
+            let (merged, ()) = rayon::join(
+                || some.into_par_iter().map(&merge).collect(),
+                || done.iter().for_each(|cell| self.add(cell, &mut round)),
+            );
+            if is_last {
                 return round;
             }
-            let merged: Vec<Merged> = some.into_par_iter().map(&merge).collect();
-            for cell in merged {
-                self.add(&cell, &mut round);
-            }
+            done = merged;
         }
     }
 
