@@ -462,7 +462,7 @@ fn parts_that_are_read_alone_have_the_size_that_was_asked_for() {
         (file.crown().chunk_count(), report["settings"]["chunk_faces"].as_u64(), file.header().file_len)
     };
     let (many, fine) = (chunks_of(""), chunks_of("--chunk-faces 300"));
-    assert_eq!([many.1, fine.1], [Some(4096), Some(300)]);
+    assert_eq!([many.1, fine.1], [Some(u64::from(fct::CHUNK_FACES)), Some(300)]);
     assert!(fine.0 > 4 * many.0 && fine.2 > many.2, "{many:?} {fine:?}");
 }
 

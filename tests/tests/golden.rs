@@ -7,6 +7,7 @@
 
 use fcbuild::SplitMode;
 use fcbuild::import::{Group, Positions, Soup};
+use fcextract::{ChunkCache, Extraction, Order, Selection, Streamed, extract};
 use fct::{Child, Tree};
 use fctests::{meshes, trees};
 use std::path::PathBuf;
@@ -88,6 +89,15 @@ const GOLDEN: &[Golden] = &[
         clusters: 221,
         coarse: 0x4d45fb29fee02864,
     },
+    Golden {
+        name: "1.3-pages.fct",
+        faces: 672,
+        vertices: 336,
+        full: 0x95c568d57fedcc09,
+        tolerance: 0.05,
+        clusters: 266,
+        coarse: 0xaf25a1bdfefc40a2,
+    },
 ];
 
 fn folder() -> PathBuf {
@@ -162,6 +172,33 @@ fn golden_files_open_and_mean_what_they_meant() {
     }
 }
 
+/// In parts since version 1.3; who streams an older file is told to build it again.
+#[test]
+fn golden_files_are_read_in_parts_or_refused() {
+    let mut read = 0;
+    for golden in GOLDEN {
+        let path = folder().join(golden.name);
+        let tree = Tree::open(&path).unwrap_or_else(|e| panic!("{e}"));
+        match ChunkCache::open(&path, 1 << 20) {
+            Ok(cache) => {
+                let selection = Selection::uniform(f64::from(golden.tolerance), Order::Bound);
+                let (mut whole, mut parts) = (Extraction::default(), Streamed::default());
+                extract(&tree, &selection, &mut whole).unwrap_or_else(|e| panic!("{e}"));
+                cache.extract_now(&selection, &mut parts).unwrap_or_else(|e| panic!("{e}"));
+                assert!(parts.missing.is_empty(), "{}", golden.name);
+                assert_eq!(parts.stats.clusters, whole.stats.clusters, "{}", golden.name);
+                assert!(parts.entered.len() > cache.file().crown().chunk_count() as usize);
+                read += 1;
+            }
+            Err(error) => {
+                assert!(tree.header().minor < 3, "{}: {error}", golden.name);
+                assert!(error.to_string().contains("build the file again"), "{error}");
+            }
+        }
+    }
+    assert!(read > 0);
+}
+
 #[test]
 fn every_golden_file_is_listed() {
     let mut found: Vec<String> = std::fs::read_dir(folder())
@@ -209,6 +246,7 @@ fn sources() -> Vec<(&'static str, Soup, f32)> {
         ("1.0-coloured.fct", coloured, 0.03),
         ("1.1-chunks.fct", meshes::torus(20, 16, 4), 0.05),
         ("1.2-shares.fct", meshes::torus(16, 10, 7), 0.05),
+        ("1.3-pages.fct", meshes::torus(24, 14, 9), 0.05),
     ]
 }
 
@@ -221,7 +259,9 @@ fn add_golden_files() {
         if path.exists() {
             continue;
         }
-        let bytes = trees::bytes_in_chunks(soup, SplitMode::Paper, 100);
+        // Since 1.3 a chunk is more than a page only if it has two.
+        let chunk_faces = if name == "1.3-pages.fct" { 400 } else { 100 };
+        let bytes = trees::bytes_in_chunks(soup, SplitMode::Paper, chunk_faces);
         std::fs::write(&path, bytes).unwrap_or_else(|e| panic!("{e}"));
         let tree = Tree::open(&path).unwrap_or_else(|e| panic!("{e}"));
         let (clusters, coarse) = coarse_cut(&tree, tolerance);

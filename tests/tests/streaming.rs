@@ -1,4 +1,4 @@
-//! Promise: whatever chunks of a file are in memory, an extracted mesh has no crack and is never finer than asked;
+//! Promise: whatever chunks and pages of a file are in memory, an extracted mesh has no crack and is never finer than asked;
 //! with all of them it is the mesh of the whole tree.
 
 #![allow(clippy::print_stdout, reason = "the counts are part of the promise")]
@@ -6,29 +6,76 @@
 use fcbuild::SplitMode;
 use fcbuild::import::Soup;
 use fcextract::{
-    ChunkCache, Extraction, Order, Perspective, Selection, Streamed, Tolerance, extract, extract_chunks,
+    ChunkCache, Extraction, Order, Perspective, Piece, Resident, Selection, Streamed, Tolerance, extract,
+    extract_chunks,
 };
 use fcgeom::Frustum;
-use fct::{Chunk, ChunkFile, CrownChild, ReadAt, Rule, Tree};
+use fct::{Chunk, ChunkFile, ChunkPage, CrownChild, OwnVertices, ReadAt, Rule, Tree, VertexRun};
 use fctests::cracks::Borders;
 use fctests::random::Random;
 use fctests::{meshes, trees};
 use glam::DVec3;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// A tree, and all its chunks.
+/// A tree, and all its chunks and pages.
 struct Model {
     name: &'static str,
     tree: Tree,
     bytes: Vec<u8>,
     chunks: Vec<Chunk>,
-    /// The bounds of the chunks' roots.
-    roots: Vec<f32>,
+    pages: Vec<ChunkPage>,
+    /// The bounds of the chunks' roots, and of the pages'.
+    chunk_roots: Vec<f32>,
+    page_roots: Vec<f32>,
     file: ChunkFile,
+}
+
+/// Some of a model's pieces.
+struct Present<'a> {
+    model: &'a Model,
+    there: &'a dyn Fn(Piece) -> bool,
+}
+
+impl<'a> Resident<'a> for Present<'a> {
+    fn chunk(&self, chunk: u32) -> Option<&'a Chunk> {
+        self.model.chunks.get(chunk as usize).filter(|_| (self.there)(Piece::Chunk(chunk)))
+    }
+
+    fn page(&self, page: u32) -> Option<&'a ChunkPage> {
+        self.model.pages.get(page as usize).filter(|_| (self.there)(Piece::Page(page)))
+    }
+}
+
+/// Whether chance has a piece in memory: some of the chunks and some of the pages.
+fn chance(random: &mut Random, model: &Model) -> (Vec<bool>, Vec<bool>) {
+    let share = |random: &mut Random| match random.below(4) {
+        0 => 1.0,
+        _ => random.between(0.0, 1.0),
+    };
+    let mut some = |count: usize| {
+        let share = share(random);
+        (0..count).map(|_| random.between(0.0, 1.0) < share).collect()
+    };
+    (some(model.chunks.len()), some(model.pages.len()))
+}
+
+/// All pages of a file, which is sound.
+fn all_pages(file: &ChunkFile, chunks: &[Chunk]) -> Result<Vec<ChunkPage>, fct::Error> {
+    let mut pages = Vec::new();
+    for chunk in chunks {
+        for page in chunk.pages() {
+            let owners = file.runs_of(chunk, page).unwrap_or_default();
+            let runs: Vec<VertexRun> =
+                owners.iter().map(|owner| file.load_run(*owner)).collect::<Result<_, _>>()?;
+            let own: Vec<OwnVertices<'_>> = runs.iter().map(VertexRun::own).collect();
+            pages.push(file.load_page(chunk, page, &own)?);
+        }
+    }
+    Ok(pages)
 }
 
 impl Model {
@@ -38,20 +85,41 @@ impl Model {
         tree.verify().unwrap_or_else(|e| panic!("{name}: {e}"));
         let file = open(bytes.clone()).unwrap_or_else(|e| panic!("{name}: {e}"));
         let load = |c| file.load(c).unwrap_or_else(|e| panic!("{name}: {e}"));
-        let chunks = (0..file.crown().chunk_count()).map(load).collect();
-        let mut roots = Vec::new();
+        let chunks: Vec<Chunk> = (0..file.crown().chunk_count()).map(load).collect();
+        let pages = all_pages(&file, &chunks).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let (mut chunk_roots, mut page_roots) = (Vec::new(), Vec::new());
         for node in 0..2 * file.crown().chunk_count() {
             if let Some(CrownChild::Chunk(_)) = file.crown().below(node) {
-                roots.push(file.crown().node(node).map_or(0.0, |root| root.bound));
+                chunk_roots.push(file.crown().node(node).map_or(0.0, |root| root.bound));
             }
         }
-        Model { name, tree, bytes, chunks, roots, file }
+        for chunk in &chunks {
+            let mut stack = vec![chunk.root()];
+            while let Some(subtree) = stack.pop() {
+                match chunk.page(&subtree) {
+                    Some(_) => page_roots.push(chunk.node(&subtree).map_or(0.0, |root| root.bound)),
+                    None => {
+                        let [left, right] =
+                            chunk.children(&subtree).unwrap_or_else(|e| panic!("{name}: {e}"));
+                        stack.extend([right, left]);
+                    }
+                }
+            }
+        }
+        Model { name, tree, bytes, chunks, pages, chunk_roots, page_roots, file }
     }
 
-    /// The mesh from some of the chunks.
-    fn streamed(&self, there: &dyn Fn(u32) -> bool, selection: &Selection, out: &mut Streamed) {
-        let chunk = |c: u32| self.chunks.get(c as usize).filter(|_| there(c));
-        extract_chunks(self.file.crown(), &chunk, selection, out)
+    /// Whether a mesh can stand in for all of a piece: whether its root can be drawn.
+    fn is_drawable(&self, piece: Piece) -> bool {
+        match piece {
+            Piece::Chunk(chunk) => self.chunk_roots[chunk as usize].is_finite(),
+            Piece::Page(page) => self.page_roots[page as usize].is_finite(),
+        }
+    }
+
+    /// The mesh from some of the pieces.
+    fn streamed(&self, there: &dyn Fn(Piece) -> bool, selection: &Selection, out: &mut Streamed) {
+        extract_chunks(self.file.crown(), &Present { model: self, there }, selection, out)
             .unwrap_or_else(|e| panic!("{}: {e}", self.name));
         assert!(out.damaged.is_empty(), "{}: {:?}", self.name, out.damaged);
         for (id, record) in out.ids.iter().zip(&out.vertices) {
@@ -127,8 +195,8 @@ fn named(out: &Streamed) -> Vec<u32> {
 
 /// Closed, and no finer: fewer clusters, and no vertex that the whole tree does not show.
 #[test]
-fn missing_chunks_leave_no_crack() {
-    let (mut looked, mut coarser, mut drawn) = (0, 0, 0);
+fn missing_pieces_leave_no_crack() {
+    let (mut looked, mut coarser, mut pages_missing, mut drawn) = (0, 0, 0, 0);
     for model in models() {
         let (borders, seams) = (Borders::of(&model.tree), Borders::with_seams(&model.tree));
         let mut random = Random::new(7);
@@ -138,14 +206,15 @@ fn missing_chunks_leave_no_crack() {
             extract(&model.tree, &selection, &mut whole).unwrap_or_else(|e| panic!("{e}"));
             let shown: BTreeSet<u32> = whole.indices.iter().copied().collect();
             for _ in 0..4 {
-                let share = random.between(0.0, 1.0);
-                let there: Vec<bool> =
-                    model.chunks.iter().map(|_| random.between(0.0, 1.0) < share).collect();
-                model.streamed(&|c| there[c as usize], &selection, &mut out);
-                // A chunk that nothing can be drawn for takes whole components with it, and beyond a seam of
+                let (chunks, pages) = chance(&mut random, &model);
+                let there = |piece: Piece| match piece {
+                    Piece::Chunk(chunk) => chunks[chunk as usize],
+                    Piece::Page(page) => pages[page as usize],
+                };
+                model.streamed(&there, &selection, &mut out);
+                // A piece that nothing can be drawn for takes whole components with it, and beyond a seam of
                 // those there is nothing.
-                let drawable = |chunk: u32| model.roots[chunk as usize].is_finite();
-                let whole_surface = out.missing.iter().all(|wish| drawable(wish.chunk));
+                let whole_surface = out.missing.iter().all(|wish| model.is_drawable(wish.piece));
                 let borders = if whole_surface { &borders } else { &seams };
                 let cracks = borders.cracks(&named(&out));
                 assert!(
@@ -158,16 +227,17 @@ fn missing_chunks_leave_no_crack() {
                 );
                 assert!(out.stats.clusters <= whole.stats.clusters, "{}", model.name);
                 assert!(out.ids.iter().all(|id| shown.contains(id)), "{}, view {view}: finer", model.name);
-                assert!(out.entered.iter().all(|wish| there[wish.chunk as usize]));
-                assert!(out.missing.iter().all(|wish| !there[wish.chunk as usize] && wish.urgency >= 1.0));
+                assert!(out.entered.iter().all(|wish| there(wish.piece)));
+                assert!(out.missing.iter().all(|wish| !there(wish.piece) && wish.urgency >= 1.0));
                 looked += 1;
                 coarser += u64::from(!out.missing.is_empty());
+                pages_missing += u64::from(out.missing.iter().any(|w| matches!(w.piece, Piece::Page(_))));
                 drawn += out.stats.triangles;
             }
         }
     }
-    println!("no crack in {looked} meshes of {drawn} triangles, {coarser} of them with chunks missing");
-    assert!(coarser * 3 > looked, "too few tests have something missing");
+    println!("no crack in {looked} meshes of {drawn} triangles, {coarser} of them with pieces missing");
+    assert!(coarser * 3 > looked && pages_missing * 5 > looked, "too few tests have something missing");
 }
 
 fn vertices(triangles: &[[u32; 3]]) -> BTreeSet<u32> {
@@ -192,8 +262,8 @@ fn with_all_chunks_it_is_the_mesh_of_the_tree() {
             let expected = triangles(&whole.indices, |v| v);
             let found = triangles(&out.indices, |v| out.ids[v as usize]);
             let uniform = matches!(selection.tolerance, Tolerance::Uniform { .. } | Tolerance::Full);
-            // A chunk's root is drawn from its record in the crown, in another precision than in a page: of equally
-            // good diagonals it may choose another.
+            // Roots of pages are drawn from copies, in another precision than in a page: of equally good diagonals one
+            // may choose another.
             let same = found.len() == expected.len() && vertices(&found) == vertices(&expected);
             assert!(same || !uniform, "{}, view {view}: {selection:?}", model.name);
             let there: BTreeSet<_> = found.iter().collect();
@@ -207,9 +277,9 @@ fn with_all_chunks_it_is_the_mesh_of_the_tree() {
     assert!(others * 200 < all, "{others} of {all} triangles differ");
 }
 
-/// Only what shows is needed: with a frustum, chunks outside are neither entered nor missed.
+/// Only what shows is needed: with a frustum, pieces outside are neither entered nor missed.
 #[test]
-fn culled_chunks_are_not_asked_for() {
+fn culled_pieces_are_not_asked_for() {
     let model = Model::new("sculpture.ply", trees::read(&trees::data("sculpture.ply")), 700);
     let borders = Borders::of(&model.tree);
     let (center, size) = size(&model.tree);
@@ -227,8 +297,8 @@ fn culled_chunks_are_not_asked_for() {
         model.streamed(&|_| true, &selection, &mut out);
         let all = out.entered.len();
         selection.frustum = Some(Frustum::from_view_projection(&view));
-        model.streamed(&|_| false, &selection, &mut out);
-        let missing = out.missing.len();
+        model.streamed(&|piece| matches!(piece, Piece::Chunk(_)), &selection, &mut out);
+        let missing = out.missing.len() + out.entered.len();
         model.streamed(&|_| true, &selection, &mut out);
         assert_eq!(missing, out.entered.len(), "what is missing is what is entered when it is there");
         shares += out.entered.len() as f64 / all.max(1) as f64;
@@ -268,8 +338,17 @@ fn cache_of(bytes: Vec<u8>, chunk_budget: impl Fn(&ChunkFile) -> u64) -> (Arc<Di
     (disk, ChunkCache::new(file, budget).unwrap_or_else(|e| panic!("{e}")))
 }
 
+/// What all chunks and pages take.
 fn all_bytes(file: &ChunkFile) -> u64 {
-    (0..file.crown().chunk_count()).filter_map(|c| file.chunk_bytes(c)).sum()
+    let mut bytes = 0;
+    for number in 0..file.crown().chunk_count() {
+        let chunk = file.load(number).unwrap_or_else(|e| panic!("{e}"));
+        bytes += file.chunk_bytes(number).unwrap_or(0);
+        // And the vertices of pages that are read before their own.
+        let of_page = |page| file.page_bytes(&chunk, page).unwrap_or(0) + file.run_bytes(page).unwrap_or(0);
+        bytes += chunk.pages().map(of_page).sum::<u64>();
+    }
+    bytes
 }
 
 fn sculpture() -> Model {
@@ -315,13 +394,13 @@ fn a_cache_stays_within_its_budget_and_its_meshes_closed() {
 
 /// Against a list of when each was used last: of those that a frame does not use, the oldest go.
 #[test]
-fn chunks_go_that_were_used_longest_ago() {
+fn pieces_go_that_were_used_longest_ago() {
     let model = sculpture();
-    let (_, cache) = cache_of(model.bytes.clone(), |file| all_bytes(file) / 3);
+    let (_, cache) = cache_of(model.bytes.clone(), |file| all_bytes(file) / 8);
     let mut out = Streamed::default();
     let mut random = Random::new(11);
     let (center, size) = size(&model.tree);
-    let mut used = vec![0; model.chunks.len()];
+    let mut used: BTreeMap<Piece, u64> = BTreeMap::new();
     let mut gone = 0;
     for frame in 1..150 {
         let before = cache.resident();
@@ -332,17 +411,18 @@ fn chunks_go_that_were_used_longest_ago() {
         let selection = Selection::perspective(perspective, Order::Bound);
         cache.extract_now(&selection, &mut out).unwrap_or_else(|e| panic!("{e}"));
         let after = cache.resident();
-        let entered: Vec<u32> = out.entered.iter().map(|wish| wish.chunk).collect();
-        assert!(out.missing.is_empty() && entered.iter().all(|chunk| after.contains(chunk)));
-        let last = |chunk: u32| used[chunk as usize];
+        let entered: Vec<Piece> = out.entered.iter().map(|wish| wish.piece).collect();
+        assert!(out.missing.is_empty() && entered.iter().all(|piece| after.contains(piece)));
+        let last = |piece: &Piece| used.get(piece).copied().unwrap_or(0);
         let kept = before.iter().filter(|c| after.contains(c) && !entered.contains(c));
-        let oldest_kept = kept.map(|c| last(*c)).min().unwrap_or(frame);
-        for &chunk in before.iter().filter(|chunk| !after.contains(chunk)) {
-            assert!(last(chunk) <= oldest_kept, "{chunk} went, and others stay from frame {oldest_kept}");
+        let oldest_kept = kept.map(last).min().unwrap_or(frame);
+        for piece in before.iter().filter(|piece| !after.contains(piece)) {
+            assert!(last(piece) <= oldest_kept, "{piece:?} went, and others stay from frame {oldest_kept}");
             gone += 1;
         }
-        for chunk in entered {
-            used[chunk as usize] = frame;
+        // What is close counts as used.
+        for piece in entered.into_iter().chain(out.close.iter().map(|wish| wish.piece)) {
+            used.insert(piece, frame);
         }
     }
     assert!(gone > 50, "{gone}");
@@ -372,7 +452,7 @@ fn what_is_waited_for_depends_on_the_selection_alone() {
     }
 }
 
-/// The background thread gets there by itself, the most urgent chunks first.
+/// The background thread gets there by itself, the most urgent first.
 #[test]
 fn the_picture_settles() {
     let model = sculpture();
@@ -397,7 +477,7 @@ fn the_picture_settles() {
 }
 
 #[test]
-fn chunks_that_are_close_are_read_ahead() {
+fn pieces_that_are_close_are_read_ahead() {
     let model = sculpture();
     let (_, cache) = cache_of(model.bytes.clone(), all_bytes);
     let mut out = Streamed::default();
@@ -423,7 +503,7 @@ fn a_failing_disk_leaves_a_coarse_mesh_and_says_so() {
     assert!(!out.missing.is_empty() && out.stats.triangles > 0);
     assert!(borders.cracks(&named(&out)).is_empty());
     let errors = cache.errors();
-    assert_eq!(errors.len(), out.missing.len(), "one error a chunk");
+    assert_eq!(errors.len(), out.missing.len(), "one error a piece");
     assert!(errors[0].1.to_string().contains("the cable was pulled"), "{}", errors[0].1);
     // It does not try for ever.
     let reads = disk.reads.load(Ordering::Relaxed);
@@ -436,7 +516,7 @@ fn a_failing_disk_leaves_a_coarse_mesh_and_says_so() {
 }
 
 #[test]
-fn a_damaged_chunk_is_drawn_as_its_root() {
+fn a_damaged_page_is_drawn_as_its_root() {
     let model = sculpture();
     let borders = Borders::of(&model.tree);
     let node =
@@ -448,6 +528,7 @@ fn a_damaged_chunk_is_drawn_as_its_root() {
     cache.extract_now(&Selection::full(), &mut out).unwrap_or_else(|e| panic!("{e}"));
     let errors = cache.errors();
     assert_eq!((errors.len(), out.missing.len()), (1, 1));
+    assert!(matches!(errors[0].0, Piece::Page(_)));
     assert_eq!(errors[0].1.rule(), Some(Rule::Chunk));
     assert!(borders.cracks(&named(&out)).is_empty());
     assert!(out.stats.triangles > model.tree.face_count() as u64 * 9 / 10);

@@ -55,5 +55,5 @@ pub use parallel::ParallelExtractor;
 pub use part::{Part, Settled};
 pub use region::Region;
 pub use selection::{Order, Selection};
-pub use stream::{CacheStats, ChunkCache, Damaged, Streamed, Wish, extract_chunks};
+pub use stream::{CacheStats, ChunkCache, Damaged, Piece, Resident, Streamed, Wish, extract_chunks};
 pub use tolerance::{Perspective, Tolerance};

@@ -29,8 +29,8 @@ pub(crate) struct Spans {
     pub(crate) grup: Range<usize>,
     pub(crate) norm: Option<Range<usize>>,
     pub(crate) colr: Option<Range<usize>>,
-    pub(crate) crwn: Option<Range<usize>>,
-    pub(crate) kins: Option<Range<usize>>,
+    pub(crate) crpg: Option<Range<usize>>,
+    pub(crate) chtp: Option<Range<usize>>,
 }
 
 /// A file whose container rules hold.
@@ -87,8 +87,8 @@ impl Container {
             grup: span(&sections, Tag::GRUP)?.unwrap_or_default(),
             norm: span(&sections, Tag::NORM)?,
             colr: span(&sections, Tag::COLR)?,
-            crwn: span(&sections, Tag::CRWN)?,
-            kins: span(&sections, Tag::KINS)?,
+            crpg: span(&sections, Tag::CRPG)?,
+            chtp: span(&sections, Tag::CHTP)?,
         };
         Ok((sections, spans))
     }

@@ -14,7 +14,7 @@ pub const MAGIC: [u8; 8] = *b"\x8FFCT\r\n\x1A\n";
 pub const MAJOR: u16 = 1;
 
 /// The minor version that this crate writes, and the largest that it knows all of.
-pub const MINOR: u16 = 2;
+pub const MINOR: u16 = 3;
 
 /// The byte order tag as a little-endian reader sees it.
 pub const ENDIAN_TAG: u32 = 0x0102_0304;

@@ -65,7 +65,10 @@ mod words;
 mod writer;
 
 pub use child::{Child, ChildRef};
-pub use chunk::{CHUNK_FACES, Chunk, ChunkData, ChunkFile, Crown, CrownChild, Patch, ReadAt};
+pub use chunk::{
+    CHUNK_FACES, Chunk, ChunkData, ChunkFile, ChunkPage, Crown, CrownChild, OwnVertices, Patch, ReadAt,
+    VertexRun,
+};
 pub use displacement::Displacement;
 pub use error::{Error, Violation};
 pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};

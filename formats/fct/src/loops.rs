@@ -29,6 +29,26 @@ impl Loops {
         starts.zip(&self.ends).map(|(start, end)| self.vertices.get(start..*end).unwrap_or_default())
     }
 
+    /// Leaves out the entries that are not to be kept; a loop of which none is left counts for nothing.
+    pub fn retain(&mut self, mut keep: impl FnMut(u32) -> bool) {
+        let (mut start, mut kept) = (0, 0_usize);
+        for end in &mut self.ends {
+            for at in start..*end {
+                let vertex = self.vertices.get(at).copied().unwrap_or_default();
+                if keep(vertex)
+                    && let Some(slot) = self.vertices.get_mut(kept)
+                {
+                    *slot = vertex;
+                    kept = kept.saturating_add(1);
+                }
+            }
+            (start, *end) = (*end, kept);
+        }
+        self.vertices.truncate(kept);
+        self.ends.dedup();
+        self.ends.retain(|end| *end > 0);
+    }
+
     /// Ends a loop that was pushed entry by entry; an empty one counts for nothing.
     pub(crate) fn close(&mut self) {
         let end = self.vertices.len();
@@ -324,6 +344,17 @@ pub(crate) fn read_top(mut bytes: &[u8], out: &mut Loops) -> Option<()> {
 #[cfg(test)]
 mod tests {
     use super::{Loops, follow_faces, follow_small, read_stored, read_top, read_varint};
+
+    #[test]
+    fn entries_can_be_left_out() {
+        let mut loops = Loops { vertices: vec![1, 2, 3, 4, 5, 6, 7, 8], ends: vec![2, 5, 8] };
+        loops.retain(|v| v > 2 && v != 7);
+        assert!(loops.iter().eq([[3, 4, 5].as_slice(), &[6, 8]]));
+        loops.retain(|v| v == 8);
+        assert!(loops.iter().eq([[8].as_slice()]));
+        loops.retain(|_| false);
+        assert_eq!(loops, Loops::default());
+    }
 
     /// Each loop from its lowest vertex on, in order.
     fn loops_of(faces: &[[u8; 3]]) -> Vec<Vec<u8>> {

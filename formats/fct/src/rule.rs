@@ -117,7 +117,7 @@ rules! {
         "rebuild the file with fcbuild";
     LinkOrder, "FC745", "link", "the links of a page ascend and lie before its own vertices, and its faces use all of its vertices",
         "rebuild the file with fcbuild";
-    Chunk, "FC746", "chunk", "sections CRWN and KINS are those that follow from the tree",
+    Chunk, "FC746", "chunk", "sections CRPG and CHTP are those that follow from the tree",
         "the file is damaged: copy it again or rebuild it with fcbuild";
     // Values: checked by verify.
     Finite, "FC751", "finite", "numbers are finite, but for bounds and budget keys, which may be +inf, and a low is not above its high",

@@ -56,15 +56,15 @@ impl Tag {
     pub const COLR: Self = Self(*b"COLR");
     /// Component groups, see [`crate::GroupRecord`].
     pub const GRUP: Self = Self(*b"GRUP");
-    /// The nodes above the chunks and where the chunks are, see [`crate::ChunkFile`].
-    pub const CRWN: Self = Self(*b"CRWN");
-    /// Copies of the vertices that a chunk shares with chunks before it.
-    pub const KINS: Self = Self(*b"KINS");
+    /// The nodes above the chunks and where chunks and pages are, see [`crate::ChunkFile`].
+    pub const CRPG: Self = Self(*b"CRPG");
+    /// Copies that the tops of chunks are drawn with.
+    pub const CHTP: Self = Self(*b"CHTP");
 
     /// Bytes of an element, or none for a section this version does not know.
     pub(crate) const fn element_size(self) -> Option<u32> {
         match &self.0 {
-            b"META" | b"TOPL" | b"LOOP" | b"CRWN" | b"KINS" => Some(1),
+            b"META" | b"TOPL" | b"LOOP" | b"CRPG" | b"CHTP" => Some(1),
             b"TOPN" => Some(68),
             b"PAGE" => Some(40),
             b"NODE" => Some(16),

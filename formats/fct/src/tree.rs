@@ -199,11 +199,11 @@ impl Tree {
         self.records(self.spans.grup.clone())
     }
 
-    /// Sections `CRWN` and `KINS`, if the file has either.
+    /// Sections `CRPG` and `CHTP`, if the file has either.
     pub(crate) fn chunk_sections(&self) -> Option<(&[u8], &[u8])> {
-        let (crown, kins) = (self.spans.crwn.clone(), self.spans.kins.clone());
-        let there = crown.is_some() || kins.is_some();
-        there.then(|| (self.records(crown.unwrap_or_default()), self.records(kins.unwrap_or_default())))
+        let (crown, tops) = (self.spans.crpg.clone(), self.spans.chtp.clone());
+        let there = crown.is_some() || tops.is_some();
+        there.then(|| (self.records(crown.unwrap_or_default()), self.records(tops.unwrap_or_default())))
     }
 
     /// The bytes of the whole file.

@@ -201,7 +201,7 @@ fn payloads_of<'a>(data: &TreeData<'a>, meta: &'a [u8]) -> Vec<Payload<'a>> {
     payloads.extend(data.normals.map(|n| (Tag::NORM, n.as_bytes())));
     payloads.extend(data.colors.map(|c| (Tag::COLR, c.as_bytes())));
     if let Some(chunks) = data.chunks {
-        payloads.extend([(Tag::CRWN, chunks.crown.as_slice()), (Tag::KINS, chunks.kins.as_slice())]);
+        payloads.extend([(Tag::CRPG, chunks.crown.as_slice()), (Tag::CHTP, chunks.tops.as_slice())]);
     }
     payloads
 }

@@ -420,9 +420,9 @@ const BREAKS: &[(Rule, &[Break])] = &[
             Data(|s| *in_chunks(s).crown.last_mut().unwrap() ^= 1),
             Data(|s| in_chunks(s).crown.push(0)),
             Data(|s| in_chunks(s).crown.clear()),
-            Data(|s| in_chunks(s).kins[5] ^= 1),
-            Data(|s| in_chunks(s).kins.push(0)),
-            Data(|s| in_chunks(s).kins.truncate(20)),
+            Data(|s| in_chunks(s).tops[5] ^= 1),
+            Data(|s| in_chunks(s).tops.push(0)),
+            Data(|s| in_chunks(s).tops.truncate(20)),
             // Of another size than the head says.
             Data(|s| in_chunks(s).crown[0] ^= 32),
         ],

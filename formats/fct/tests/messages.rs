@@ -66,7 +66,7 @@ fn versions_and_byte_order_say_what_was_found_and_what_is_read() {
     bytes[8] = 9;
     let (error, text) = message_for(&bytes);
     assert_eq!(error.code(), "FC704");
-    assert!(text.contains("version 9.2") && text.contains("reads 1.0"), "{text}");
+    assert!(text.contains("version 9.3") && text.contains("reads 1.0"), "{text}");
     bytes[8] = 0;
     bytes[10] = 1;
     let (error, text) = message_for(&bytes);

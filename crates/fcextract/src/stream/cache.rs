@@ -1,17 +1,18 @@
 //! A tree that is read as it is looked at.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, PoisonError};
 use std::thread::JoinHandle;
 
+use super::loader::Outcome;
 use super::loader::{Shared, by_urgency};
 use super::slots::Slots;
-use super::{Streamed, extract_chunks};
+use super::{Piece, Resident, Streamed, Wish, extract_chunks};
 use crate::{Error, Selection};
-use fct::ChunkFile;
+use fct::{Chunk, ChunkFile, ChunkPage};
 
-/// The crown of a file and those of its chunks that were used last, within a budget of bytes.
+/// The crown of a file, and the tops of chunks and pages that were used last, within a budget of bytes.
 ///
 /// ```no_run
 /// use fcextract::{ChunkCache, Order, Selection, Streamed};
@@ -22,13 +23,13 @@ use fct::ChunkFile;
 ///     cache.begin_frame();
 ///     // Never waits for the disk: what is missing is drawn coarser and read in the background.
 ///     cache.extract(&Selection::uniform(distance, Order::Bound), &mut mesh)?;
-///     println!("{} triangles, {} chunks missing", mesh.stats.triangles, mesh.missing.len());
+///     println!("{} triangles, {} pieces missing", mesh.stats.triangles, mesh.missing.len());
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// It can be shared by threads. A chunk that cannot be read or is damaged is drawn as its root from then on, and its
-/// error is kept, see [`ChunkCache::errors`].
+/// It can be shared by threads. A chunk or page that cannot be read or is damaged is drawn as its root from then on, and
+/// its error is kept, see [`ChunkCache::errors`].
 pub struct ChunkCache {
     shared: Arc<Shared>,
     loader: Option<JoinHandle<()>>,
@@ -41,13 +42,13 @@ pub struct ChunkCache {
 pub struct CacheStats {
     /// Bytes that it takes now, the crown included.
     pub bytes: u64,
-    /// The most bytes that it took, chunks that were being read included.
+    /// The most bytes that it took, pieces that were being read included.
     pub peak_bytes: u64,
     /// Bytes of the crown, which always stays.
     pub crown_bytes: u64,
-    /// Chunks in memory.
+    /// Tops of chunks and pages in memory.
     pub resident: u64,
-    /// Chunks that had to go.
+    /// What had to go.
     pub evictions: u64,
     /// Reads of the file, the opening included.
     pub reads: u64,
@@ -56,11 +57,12 @@ pub struct CacheStats {
 }
 
 impl ChunkCache {
-    /// Opens a file and reads its crown. `budget` is the most bytes that crown and chunks may take.
+    /// Opens a file and reads its crown. `budget` is the most bytes that crown, chunks and pages may take; while
+    /// a page is read, the vertices of its neighbours, some ten KB, come on top.
     ///
     /// # Errors
-    /// [`Error::Tree`] when the file cannot be read or has no chunks, [`Error::Memory`] when the crown and one chunk do
-    /// not fit into the budget, or no thread is to be had.
+    /// [`Error::Tree`] when the file cannot be read or has no chunks, [`Error::Memory`] when the crown and the top of
+    /// one chunk do not fit into the budget, or no thread is to be had.
     pub fn open(path: &Path, budget: u64) -> Result<ChunkCache, Error> {
         ChunkCache::new(ChunkFile::open(path)?, budget)
     }
@@ -75,10 +77,10 @@ impl ChunkCache {
         let needed = file.crown().bytes().saturating_add(largest);
         let Some(rest) = budget.checked_sub(file.crown().bytes()).filter(|rest| *rest >= largest) else {
             return Err(Error::Memory(format!(
-                "a budget of {budget} bytes does not hold the upper part of the tree and one chunk, {needed} bytes"
+                "a budget of {budget} bytes does not hold the upper part of the tree and the top of one chunk, {needed} bytes"
             )));
         };
-        let shared = Shared::new(file, Slots::new(chunks, rest));
+        let shared = Shared::new(file, Slots::new(rest));
         let loader =
             shared.start().map_err(|error| Error::Memory(format!("no thread could be started: {error}")))?;
         Ok(ChunkCache { shared, loader: Some(loader), frame: AtomicU64::new(1) })
@@ -89,20 +91,25 @@ impl ChunkCache {
         &self.shared.file
     }
 
-    /// Begins a frame, of as many extractions as you like: what was wished for before is forgotten, and chunks that are
+    /// Begins a frame, of as many extractions as you like: what was wished for before is forgotten, and what is
     /// not used in this frame or the next may go.
     pub fn begin_frame(&self) {
         self.frame.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Extracts what the chunks in memory allow, and asks for the others. Never waits for the disk.
+    /// Extracts what the pieces in memory allow, and asks for the others. Never waits for the disk.
     ///
     /// # Errors
     /// As [`extract_chunks`].
     pub fn extract(&self, selection: &Selection, out: &mut Streamed) -> Result<(), Error> {
         let frame = self.frame.load(Ordering::Relaxed);
         self.draw(selection, frame, out)?;
-        self.shared.wish(frame, out.missing.iter().chain(&out.close).copied());
+        let wishes: Vec<Wish> = {
+            let slots = self.shared.slots();
+            let wanted = out.missing.iter().chain(&out.close);
+            wanted.filter(|wish| !slots.is_here(wish.piece)).copied().collect()
+        };
+        self.shared.wish(frame, wishes, selection);
         Ok(())
     }
 
@@ -121,10 +128,11 @@ impl ChunkCache {
             // What the loader is reading is waited for; it is either there afterwards, or broken.
             self.shared.forget_wishes();
             self.shared.settle();
-            let read = out.missing.iter().filter(|wish| self.shared.load(wish, frame, frame)).count();
+            let load = |wish| self.shared.load(wish, frame, frame) == Outcome::Tried;
+            let read = out.missing.iter().filter(|wish| load(wish)).count();
             let now_there = {
-                let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
-                out.missing.iter().any(|wish| slots.get(wish.chunk).is_some())
+                let slots = self.shared.slots();
+                out.missing.iter().any(|wish| slots.is_here(wish.piece))
             };
             if read == 0 && !now_there {
                 return Ok(());
@@ -137,24 +145,24 @@ impl ChunkCache {
         self.shared.settle();
     }
 
-    /// The chunks in memory, in order.
-    pub fn resident(&self) -> Vec<u32> {
-        self.shared.slots.read().unwrap_or_else(PoisonError::into_inner).resident()
+    /// The tops of chunks and the pages in memory, in order.
+    pub fn resident(&self) -> Vec<Piece> {
+        self.shared.slots().resident()
     }
 
-    /// The chunks that could not be read, and why.
-    pub fn errors(&self) -> Vec<(u32, Arc<fct::Error>)> {
-        self.shared.slots.read().unwrap_or_else(PoisonError::into_inner).errors()
+    /// What could not be read, and why.
+    pub fn errors(&self) -> Vec<(Piece, Arc<fct::Error>)> {
+        self.shared.slots().errors()
     }
 
-    /// Lets chunks that could not be read be tried again.
+    /// Lets what could not be read be tried again.
     pub fn retry(&self) {
-        self.shared.slots.write().unwrap_or_else(PoisonError::into_inner).retry();
+        self.shared.slots_mut().retry();
     }
 
     /// What the cache has done so far.
     pub fn stats(&self) -> CacheStats {
-        let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
+        let slots = self.shared.slots();
         let [taken, peak, evictions] = slots.counts();
         let crown_bytes = self.shared.file.crown().bytes();
         let [reads, bytes_read] = self.shared.file.reads();
@@ -171,19 +179,32 @@ impl ChunkCache {
 
     fn draw(&self, selection: &Selection, frame: u64, out: &mut Streamed) -> Result<(), Error> {
         {
-            let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
-            extract_chunks(self.shared.file.crown(), &|chunk| slots.get(chunk), selection, out)?;
-            for wish in &out.entered {
-                slots.touch(wish.chunk, frame, wish.urgency);
+            let slots = self.shared.slots();
+            extract_chunks(self.shared.file.crown(), &There(&slots), selection, out)?;
+            // What is close counts as in use, but goes for what is entered: it would be read again at once.
+            for wish in out.entered.iter().chain(&out.close) {
+                slots.touch(wish.piece, frame, wish.urgency);
             }
         }
         for damaged in out.damaged.drain(..) {
             if let Error::Tree(error) = damaged.error {
-                let mut slots = self.shared.slots.write().unwrap_or_else(PoisonError::into_inner);
-                slots.break_chunk(damaged.chunk, error);
+                self.shared.slots_mut().break_piece(damaged.piece, error);
             }
         }
         Ok(())
+    }
+}
+
+/// What the slots hold.
+struct There<'a>(&'a Slots);
+
+impl<'a> Resident<'a> for There<'a> {
+    fn chunk(&self, chunk: u32) -> Option<&'a Chunk> {
+        self.0.chunk(chunk).map(|chunk| &**chunk)
+    }
+
+    fn page(&self, page: u32) -> Option<&'a ChunkPage> {
+        self.0.page(page).map(|page| &**page)
     }
 }
 
@@ -191,7 +212,7 @@ impl Drop for ChunkCache {
     fn drop(&mut self) {
         self.shared.stop();
         if let Some(loader) = self.loader.take() {
-            // It ends with the chunk that it reads now; that it panicked is nothing to act on here.
+            // It ends with the piece that it reads now; that it panicked is nothing to act on here.
             let _ended = loader.join();
         }
     }

@@ -1,19 +1,22 @@
-//! The walk over crown and chunks, and the mesh it leaves behind.
+//! The walk over crown, chunks and pages, and the mesh it leaves behind.
 
-use std::collections::HashMap;
-
+use super::found::{Index, Vertices};
+use super::plan::{Piece, Step, Wish, pages_within, steps};
+use super::ready::Ready;
 use crate::extra::Extra;
 use crate::part::{Part, Settled, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Extraction, Selection, Stats};
-use fct::{Child, ChildRef, Chunk, Crown, CrownChild, Loops, NormalRecord, Patch, Subtree, VertexRecord};
+use fct::{
+    Child, ChildRef, Chunk, ChunkPage, Crown, CrownChild, Loops, NormalRecord, Patch, Subtree, VertexRecord,
+};
 
 /// A mesh with vertices of its own; reuse it to keep its memory.
 #[derive(Debug, Default)]
 pub struct Streamed {
     /// Indices into [`Streamed::vertices`], three a triangle, counter-clockwise.
     pub indices: Vec<u32>,
-    /// The records of the vertices. One on the border of chunks may be there once for each, with equal ids.
+    /// The records of the vertices. One on the border of pages may be there once for each, with equal ids.
     pub vertices: Vec<VertexRecord>,
     /// How the whole tree names the vertices.
     pub ids: Vec<u32>,
@@ -21,37 +24,35 @@ pub struct Streamed {
     pub normals: Vec<NormalRecord>,
     /// Their colours; empty if the file has none.
     pub colors: Vec<[u8; 4]>,
-    /// The chunks that are drawn within, in the order of the tree.
+    /// The chunks and pages that are drawn within, in the order of the tree, a chunk before its pages.
     pub entered: Vec<Wish>,
-    /// The chunks that the selection goes into and that were not there: their roots are drawn.
+    /// Those that the selection goes into and that were not there: their roots are drawn.
     pub missing: Vec<Wish>,
-    /// The chunks that a selection of half the tolerance would go into too.
+    /// Those that a selection of half the tolerance would go into too, as far as one can tell, there or not.
     pub close: Vec<Wish>,
-    /// Chunks that were there and are damaged: their roots are drawn.
+    /// What was there and is damaged: the root is drawn.
     pub damaged: Vec<Damaged>,
     /// What was visited, culled and drawn.
     pub stats: Stats,
     scratch: Scratch,
 }
 
-/// A chunk that is used or worth reading.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wish {
-    /// Its number.
-    pub chunk: u32,
-    /// The error of its root over what is allowed there: over 1 where the chunk is needed; may be infinite.
-    pub urgency: f64,
-    /// The same error as a length, which tells apart those of infinite urgency.
-    pub key: f32,
-}
-
-/// A chunk that broke a rule where the walk came by.
+/// A piece that broke a rule where the walk came by.
 #[derive(Debug)]
 pub struct Damaged {
-    /// Its number.
-    pub chunk: u32,
+    /// Which one.
+    pub piece: Piece,
     /// What is wrong with it.
     pub error: Error,
+}
+
+/// The pieces that are in memory.
+pub trait Resident<'a> {
+    /// The top of a chunk, if it is there.
+    fn chunk(&self, chunk: u32) -> Option<&'a Chunk>;
+
+    /// A page, by its number in the file, if it is there.
+    fn page(&self, page: u32) -> Option<&'a ChunkPage>;
 }
 
 #[derive(Debug, Default)]
@@ -59,59 +60,63 @@ struct Scratch {
     stitcher: Stitcher,
     patch: Patch,
     loops: Loops,
-    /// What is drawn below the root of a chunk, by the chunk's numbers.
+    /// What is drawn of a page, by the page's numbers.
     below: Extraction,
     /// Triangles by the numbers of the patch.
     triangles: Vec<u32>,
-    /// What the vertices of a chunk are called in the mesh.
+    /// What the vertices of a page are called in the mesh.
     numbers: Vec<u32>,
-    /// For a vertex that is kin of entered chunks: one of them, by its place among those, and its number there.
-    kin: HashMap<u32, (usize, u32)>,
-    /// Nodes of the crown to be drawn.
-    nodes: Vec<u32>,
+    index: Index,
 }
 
-/// Extracts the mesh of `selection` into `out` from a crown and the chunks that there are.
+/// Extracts the mesh of `selection` into `out` from a crown and the pieces that there are.
 ///
 /// What a budget adds to a selection ([`Selection::extra`]) is not taken: it names nodes and vertices of whole trees.
 /// Where parts are culled, vertices on their borders may be left out that [`crate::extract`] draws; what is drawn is
-/// never finer. Of a missing chunk whose root cannot be drawn, since it joins components or is a closed one, nothing is
+/// never finer. Of a missing piece whose root cannot be drawn, since it joins components or is a closed one, nothing is
 /// drawn.
 ///
 /// # Errors
-/// [`Error::Selection`] when the selection is not finite, [`Error::TooManyTriangles`]. Chunks that are damaged are no
+/// [`Error::Selection`] when the selection is not finite, [`Error::TooManyTriangles`]. Pieces that are damaged are no
 /// error, but listed.
 pub fn extract_chunks<'a>(
     crown: &Crown,
-    chunks: &dyn Fn(u32) -> Option<&'a Chunk>,
+    there: &dyn Resident<'a>,
     selection: &Selection,
     out: &mut Streamed,
 ) -> Result<(), Error> {
     selection.check()?;
     out.clear();
-    if selection.extra.is_empty() {
-        return Walk { crown, selection, entered: Vec::new() }.run(chunks, out);
-    }
-    let plain = Selection { extra: Extra::default(), ..selection.clone() };
-    Walk { crown, selection: &plain, entered: Vec::new() }.run(chunks, out)
+    let plain;
+    let selection = if selection.extra.is_empty() {
+        selection
+    } else {
+        plain = Selection { extra: Extra::default(), ..selection.clone() };
+        &plain
+    };
+    let walk = Walk { crown, selection, there, vertices: Vertices::new(crown), drawn: Vec::new() };
+    walk.run(out)
 }
 
 /// One extraction.
 struct Walk<'a, 'b> {
     crown: &'b Crown,
     selection: &'b Selection,
-    /// The chunks that are drawn within, in the order of the tree.
-    entered: Vec<&'a Chunk>,
+    there: &'b dyn Resident<'a>,
+    vertices: Vertices<'a, 'b>,
+    /// What is drawn as one polygon outside the pages that are entered.
+    drawn: Vec<Drawn<'a>>,
 }
 
-/// Where a vertex is found.
-enum Found<'a> {
-    Crown(usize),
-    Chunk(&'a Chunk, usize),
+/// A node to be drawn as one polygon, or a single face.
+#[derive(Clone, Copy)]
+enum Drawn<'a> {
+    Crown(u32),
+    Top(&'a Chunk, Subtree),
 }
 
 impl<'a> Walk<'a, '_> {
-    fn run(mut self, chunks: &dyn Fn(u32) -> Option<&'a Chunk>, out: &mut Streamed) -> Result<(), Error> {
+    fn run(mut self, out: &mut Streamed) -> Result<(), Error> {
         let mut whole = Subtree::default();
         whole.face_end = self.crown.face_count();
         if whole.face_end > 1 {
@@ -121,7 +126,7 @@ impl<'a> Walk<'a, '_> {
         while let Some((node, subtree, settled)) = stack.pop() {
             let Some(record) = self.crown.node(node) else { continue };
             if subtree.face_count() == 1 {
-                out.scratch.nodes.push(node);
+                self.drawn.push(Drawn::Crown(node));
                 continue;
             }
             let settled = match self.selection.sight(&subtree, &record, settled, &mut out.stats) {
@@ -138,45 +143,95 @@ impl<'a> Walk<'a, '_> {
                     continue;
                 }
                 (Some(CrownChild::Chunk(chunk)), settled) => {
-                    let (key, urgency) = self.selection.level_of_node(&self.selection.tolerance, &record);
-                    // Where nothing is allowed flat chunks are needed too.
-                    let urgency = if settled.is_some() { urgency.max(1.0) } else { urgency };
-                    let wish = Wish { chunk, urgency, key };
-                    match (settled, chunks(chunk)) {
-                        (Some(settled), Some(found)) => match self.draw_chunk(found, settled, out) {
-                            Ok(()) => {
-                                out.entered.push(wish);
+                    let piece = Piece::Chunk(chunk);
+                    let found = self.there.chunk(chunk);
+                    let wish = Wish::below(&record, piece, self.selection, settled.is_some());
+                    match (found, settled) {
+                        (Some(found), Some(settled)) => {
+                            if self.enter_chunk(found, settled, wish, out)? {
                                 continue;
                             }
-                            Err(Error::Tree(error)) => {
-                                out.damaged.push(Damaged { chunk, error: Error::Tree(error) });
-                            }
-                            Err(error) => return Err(error),
-                        },
-                        (Some(_), None) => out.missing.push(wish),
-                        (None, None) if urgency > 0.5 => out.close.push(wish),
-                        (None, _) => {}
+                        }
+                        (None, Some(_)) => out.missing.push(wish),
+                        (found, None) if wish.is_close() => {
+                            out.close.push(wish);
+                            // What is damaged is found when it is drawn.
+                            let pages = found.map(|chunk| pages_within(chunk, self.selection, &wish));
+                            out.close.extend(pages.into_iter().flatten());
+                        }
+                        (_, None) => {}
                     }
                 }
                 (_, None) | (None, Some(_)) => {}
             }
-            out.scratch.nodes.push(node);
+            self.drawn.push(Drawn::Crown(node));
         }
-        self.draw_crown(out)?;
+        self.draw_nodes(out)?;
         out.stats.triangles = out.indices.len() as u64 / 3;
         Ok(())
     }
 
-    /// Draws what is below the root of a chunk, or nothing of it.
-    fn draw_chunk(&mut self, chunk: &'a Chunk, settled: Settled, out: &mut Streamed) -> Result<(), Error> {
-        let reader = chunk.reader();
+    /// Goes down into a chunk below its root, which is refined; false if it is damaged, and then nothing of it is drawn.
+    fn enter_chunk(
+        &mut self,
+        chunk: &'a Chunk,
+        settled: Settled,
+        wish: Wish,
+        out: &mut Streamed,
+    ) -> Result<bool, Error> {
+        let mut stats = Stats::default();
+        let steps = match steps(chunk, self.selection, settled, &wish, &mut stats) {
+            Ok(steps) => steps,
+            Err(error) => {
+                out.damaged.push(Damaged { piece: wish.piece, error: Error::Tree(error) });
+                return Ok(false);
+            }
+        };
+        out.stats.add(&stats);
+        out.entered.push(wish);
+        self.vertices.enter_chunk(chunk);
+        for step in steps {
+            match step {
+                Step::Draw(subtree) => self.drawn.push(Drawn::Top(chunk, subtree)),
+                Step::Ahead(wish) => out.close.push(wish),
+                Step::Enter(subtree, settled, wish) => {
+                    if !self.enter_page(&subtree, settled, wish, out)? {
+                        self.drawn.push(Drawn::Top(chunk, subtree));
+                    }
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// Draws a page whose root is refined; false if it is missing or damaged, and then nothing of it is drawn.
+    fn enter_page(
+        &mut self,
+        subtree: &Subtree,
+        settled: Settled,
+        wish: Wish,
+        out: &mut Streamed,
+    ) -> Result<bool, Error> {
+        let Piece::Page(number) = wish.piece else { return Ok(false) };
+        let Some(page) = self.there.page(number) else {
+            out.missing.push(wish);
+            return Ok(false);
+        };
+        let reader = page.reader();
         let below = &mut out.scratch.below;
         below.clear();
-        for subtree in reader.children(&chunk.root())? {
-            below.append_from(&reader, self.selection, &Part { subtree, settled })?;
+        let part = Part { subtree: page.root(subtree.child), settled };
+        match below.append_from(&reader, self.selection, &part) {
+            Ok(()) => {}
+            Err(error @ Error::Tree(_)) => {
+                out.damaged.push(Damaged { piece: wish.piece, error });
+                return Ok(false);
+            }
+            Err(error) => return Err(error),
         }
-        // Its triangles are counted with all others.
-        out.stats.add(&Stats { triangles: 0, ..below.stats });
+        // The root was counted before, and triangles are counted with all others.
+        let visited = below.stats.nodes_visited.saturating_sub(1);
+        out.stats.add(&Stats { triangles: 0, nodes_visited: visited, ..below.stats });
         let records = reader.vertices();
         let numbers = &mut out.scratch.numbers;
         numbers.clear();
@@ -188,43 +243,46 @@ impl<'a> Walk<'a, '_> {
             if *number == u32::MAX {
                 *number = next_number(&out.vertices)?;
                 out.vertices.push(*record);
-                out.ids.push(chunk.vertex_id(vertex).unwrap_or(u32::MAX));
-                out.normals.extend(chunk.normals().get(at));
-                out.colors.extend(chunk.colors().get(at));
+                out.ids.push(page.vertex_id(vertex).unwrap_or(u32::MAX));
+                out.normals.extend(page.normals().get(at));
+                out.colors.extend(page.colors().get(at));
             }
             out.indices.push(*number);
         }
-        let place = self.entered.len();
-        for (&id, number) in chunk.kin().iter().zip(chunk.own_vertices().len() as u32..) {
-            out.scratch.kin.insert(id, (place, number));
-        }
-        self.entered.push(chunk);
-        Ok(())
+        out.entered.push(wish);
+        self.vertices.enter_page(page);
+        Ok(true)
     }
 
-    /// Draws the nodes of the crown that are in the cut, or stand for chunks that are missing.
-    fn draw_crown(&self, out: &mut Streamed) -> Result<(), Error> {
-        let Scratch { stitcher, patch, kin, triangles, numbers, nodes, loops, .. } = &mut out.scratch;
+    /// Draws what is outside the pages that are entered: nodes that are in the cut, or stand for what is missing.
+    fn draw_nodes(&self, out: &mut Streamed) -> Result<(), Error> {
+        let Scratch { stitcher, patch, triangles, numbers, loops, index, .. } = &mut out.scratch;
         patch.clear();
         triangles.clear();
-        let find = |id: u32| {
-            self.find(kin, id).or_else(|| self.crown.twins(id).find_map(|twin| self.find(kin, twin)))
-        };
-        let mut drawn = Vec::with_capacity(nodes.len());
-        for &node in &*nodes {
-            let subtree = patch.push(self.crown, node, |id| find(id).map(|found| self.record(&found)));
-            // A crown was checked when it was opened, but for its loops; what those leave out is not drawn.
-            drawn.extend(subtree.zip(self.crown.node(node)));
+        self.vertices.index(index);
+        let find = |id: u32| self.vertices.find_twin(index, id);
+        let record = |id: u32| self.vertices.record(find(id)?);
+        let mut drawn = Vec::with_capacity(self.drawn.len());
+        for item in &self.drawn {
+            // Sections were checked when they were read, but for loops; what those leave out is not drawn.
+            let ready = match item {
+                Drawn::Crown(node) => Ready::of_crown(self.crown, *node, loops),
+                Drawn::Top(chunk, subtree) => Ready::of_chunk(chunk, subtree, loops),
+            };
+            let Some(ready) = ready else { continue };
+            loops.retain(|id| self.vertices.may_find(index, id));
+            drawn.extend(patch.push(ready.top, loops, ready.corner, record).map(|place| (place, ready.node)));
         }
         let reader = patch.reader();
         for (subtree, node) in &drawn {
             out.stats.clusters += 1;
-            // A single face has no plane and no bound of its own.
-            if node.bound == 0.0 && node.radius == 0.0 {
+            let Some(node) = node else {
                 reader.read_loops(subtree, loops)?;
-                triangles.extend_from_slice(&loops.vertices);
+                if loops.vertices.len() == 3 {
+                    triangles.extend_from_slice(&loops.vertices);
+                }
                 continue;
-            }
+            };
             out.stats.bound = out.stats.bound.max(node.bound);
             out.stats.folded += stitcher.draw(&reader, self.selection, subtree, node, triangles)?;
         }
@@ -241,44 +299,13 @@ impl<'a> Walk<'a, '_> {
                 *number = next_number(&out.vertices)?;
                 out.vertices.push(*record);
                 out.ids.push(*id);
-                let (normal, color) = find(*id).map_or((None, None), |found| self.attributes(&found));
+                let (normal, color) = find(*id).map_or((None, None), |found| self.vertices.attributes(found));
                 out.normals.extend(normal);
                 out.colors.extend(color);
             }
             out.indices.push(*number);
         }
         Ok(())
-    }
-
-    /// Where a vertex is that may be drawn.
-    fn find(&self, kin: &HashMap<u32, (usize, u32)>, id: u32) -> Option<Found<'a>> {
-        if let Some(place) = self.crown.find(id) {
-            return Some(Found::Crown(place));
-        }
-        // Chunks own runs of vertices, in order.
-        let after = self.entered.partition_point(|chunk| chunk.own_vertices().start <= id);
-        let owner = after.checked_sub(1).and_then(|at| self.entered.get(at));
-        if let Some((chunk, own)) = owner.and_then(|chunk| Some((*chunk, chunk.own_vertex(id)?))) {
-            return Some(Found::Chunk(chunk, own as usize));
-        }
-        let &(place, number) = kin.get(&id)?;
-        Some(Found::Chunk(self.entered.get(place)?, number as usize))
-    }
-
-    fn record(&self, found: &Found<'_>) -> VertexRecord {
-        let record = match found {
-            Found::Crown(place) => self.crown.vertices().get(*place),
-            Found::Chunk(chunk, at) => chunk.reader().vertices().get(*at),
-        };
-        record.copied().unwrap_or_default()
-    }
-
-    fn attributes(&self, found: &Found<'_>) -> (Option<NormalRecord>, Option<[u8; 4]>) {
-        let (normals, colors, at) = match found {
-            Found::Crown(place) => (self.crown.normals(), self.crown.colors(), *place),
-            Found::Chunk(chunk, at) => (chunk.normals(), chunk.colors(), *at),
-        };
-        (normals.get(at).copied(), colors.get(at).copied())
     }
 }
 
@@ -312,7 +339,5 @@ impl Streamed {
         self.close.clear();
         self.damaged.clear();
         self.stats = Stats::default();
-        self.scratch.kin.clear();
-        self.scratch.nodes.clear();
     }
 }

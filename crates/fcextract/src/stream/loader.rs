@@ -1,16 +1,18 @@
 //! The thread that reads what is missing.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::thread::JoinHandle;
 
-use super::Wish;
-use super::slots::Slots;
-use fct::ChunkFile;
+use super::plan::pages_within;
+use super::slots::{Key, Loaded, Order, Slots};
+use super::{Piece, Wish};
+use crate::Selection;
+use fct::{Chunk, ChunkFile, ChunkPage, OwnVertices};
 
 /// What cache and thread share.
 pub(super) struct Shared {
     pub(super) file: ChunkFile,
-    pub(super) slots: RwLock<Slots>,
+    slots: RwLock<Slots>,
     queue: Mutex<Queue>,
     changed: Condvar,
 }
@@ -20,10 +22,38 @@ pub(super) struct Shared {
 struct Queue {
     /// The frame that the wishes are of; older ones are forgotten.
     frame: u64,
-    /// Each chunk once, the most urgent last.
-    wishes: Vec<Wish>,
+    /// Each piece once, the most urgent last.
+    wishes: Vec<Queued>,
     busy: bool,
     stop: bool,
+}
+
+/// A wish that waits.
+struct Queued {
+    wish: Wish,
+    /// What wants a chunk: when its top is there, this says which of its pages to read.
+    selection: Option<Arc<Selection>>,
+}
+
+/// What became of a wish.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// The piece was read, or could not be.
+    Tried,
+    /// There is no room for it.
+    NoRoom,
+    /// It is there, is being read, is broken, or what it is read by is not there.
+    Useless,
+}
+
+impl Queue {
+    fn sort(&mut self) {
+        // Of the wishes for one piece the most urgent stays.
+        let by_piece = |a: &Wish, b: &Wish| a.piece.cmp(&b.piece).then(by_urgency(b, a));
+        self.wishes.sort_by(|a, b| by_piece(&a.wish, &b.wish));
+        self.wishes.dedup_by_key(|queued| queued.wish.piece);
+        self.wishes.sort_by(|a, b| by_urgency(&a.wish, &b.wish));
+    }
 }
 
 impl Shared {
@@ -41,18 +71,21 @@ impl Shared {
         std::thread::Builder::new().name("chunk loader".to_owned()).spawn(move || shared.run())
     }
 
-    /// Asks for chunks that a frame would use.
-    pub(super) fn wish(&self, frame: u64, wishes: impl Iterator<Item = Wish>) {
+    /// Asks for pieces that a frame would use, and with chunks for those of their pages that `selection` would use.
+    pub(super) fn wish(&self, frame: u64, wishes: Vec<Wish>, selection: &Selection) {
+        let is_chunk = |wish: &Wish| matches!(wish.piece, Piece::Chunk(_));
+        let shared = wishes.iter().any(is_chunk).then(|| Arc::new(selection.clone()));
+        let queued = wishes.into_iter().map(|wish| {
+            let selection = shared.clone().filter(|_| is_chunk(&wish));
+            Queued { wish, selection }
+        });
         let mut queue = self.queue();
         if queue.frame < frame {
             queue.frame = frame;
             queue.wishes.clear();
         }
-        queue.wishes.extend(wishes);
-        // Of the wishes for one chunk the most urgent stays.
-        queue.wishes.sort_unstable_by(|a, b| a.chunk.cmp(&b.chunk).then(by_urgency(b, a)));
-        queue.wishes.dedup_by_key(|wish| wish.chunk);
-        queue.wishes.sort_unstable_by(by_urgency);
+        queue.wishes.extend(queued);
+        queue.sort();
         drop(queue);
         self.changed.notify_all();
     }
@@ -71,45 +104,126 @@ impl Shared {
         }
     }
 
-    /// Ends the thread after the chunk that it reads now.
+    /// Ends the thread after the piece that it reads now.
     pub(super) fn stop(&self) {
         self.queue().stop = true;
         self.changed.notify_all();
     }
 
-    /// Reads a chunk if there is room for it beside those used in frame `in_use_from` or later; whether it was tried.
-    pub(super) fn load(&self, wish: &Wish, frame: u64, in_use_from: u64) -> bool {
-        let Some(bytes) = self.file.chunk_bytes(wish.chunk) else { return false };
-        if !self.slots.write().unwrap_or_else(PoisonError::into_inner).reserve(
-            wish,
-            bytes,
-            frame,
-            in_use_from,
-        ) {
-            return false;
+    /// Reads a piece if there is room for it beside those used in frame `in_use_from` or later.
+    pub(super) fn load(&self, wish: &Wish, frame: u64, in_use_from: u64) -> Outcome {
+        let order = |key, bytes, urgency| Order { key, bytes, urgency, frame, in_use_from };
+        let key = Key::Piece(wish.piece);
+        match wish.piece {
+            Piece::Chunk(chunk) => {
+                let Some(bytes) = self.file.chunk_bytes(chunk) else { return Outcome::Useless };
+                if let Err(why) = self.reserve(&order(key, bytes, wish.urgency)) {
+                    return why;
+                }
+                let read = self.file.load(chunk).map(|chunk| Loaded::Chunk(Arc::new(chunk)));
+                self.slots_mut().fill(key, read);
+            }
+            Piece::Page(page) => {
+                let chunk = self.slots().chunk(self.file.crown().chunk_of(page)).cloned();
+                let Some(chunk) = chunk else { return Outcome::Useless };
+                let Some(bytes) = self.file.page_bytes(&chunk, page) else { return Outcome::Useless };
+                if let Err(why) = self.reserve(&order(key, bytes, wish.urgency)) {
+                    return why;
+                }
+                let read = self.load_page(&chunk, page, &|key, bytes| order(key, bytes, 0.0));
+                self.slots_mut().fill(key, read.map(|page| Loaded::Page(Arc::new(page))));
+            }
         }
-        let read = self.file.load(wish.chunk);
-        self.slots.write().unwrap_or_else(PoisonError::into_inner).fill(wish.chunk, read);
-        true
+        Outcome::Tried
+    }
+
+    /// Reads a page, and the vertices of others that it uses where they are not there.
+    ///
+    /// Those are kept as long as nobody needs the room, since more pages are likely to use them.
+    fn load_page(
+        &self,
+        chunk: &Chunk,
+        page: u32,
+        order: &dyn Fn(Key, u64) -> Order,
+    ) -> Result<ChunkPage, fct::Error> {
+        let mut runs = Vec::new();
+        for owner in self.file.runs_of(chunk, page).unwrap_or_default() {
+            let there = self.slots().run(owner);
+            let run = match there {
+                Some(loaded) => loaded,
+                None => {
+                    let key = Key::Run(owner);
+                    let bytes = self.file.run_bytes(owner).unwrap_or(u64::MAX);
+                    let is_kept = owner != page && self.reserve(&order(key, bytes)).is_ok();
+                    match self.file.load_run(owner).map(Arc::new) {
+                        Ok(run) => {
+                            let loaded = Loaded::Run(run);
+                            if is_kept {
+                                self.slots_mut().fill(key, Ok(loaded.clone()));
+                            }
+                            loaded
+                        }
+                        Err(error) => {
+                            if is_kept {
+                                self.slots_mut().give_back(key);
+                            }
+                            return Err(error);
+                        }
+                    }
+                }
+            };
+            runs.push(run);
+        }
+        let own: Vec<OwnVertices<'_>> = runs.iter().filter_map(Loaded::own).collect();
+        self.file.load_page(chunk, page, &own)
+    }
+
+    fn reserve(&self, order: &Order) -> Result<(), Outcome> {
+        self.slots_mut().reserve(order)
+    }
+
+    pub(super) fn slots(&self) -> RwLockReadGuard<'_, Slots> {
+        self.slots.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn slots_mut(&self) -> RwLockWriteGuard<'_, Slots> {
+        self.slots.write().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn run(&self) {
         loop {
             let mut queue = self.queue();
-            let (wish, frame) = loop {
+            let (Queued { wish, selection }, frame) = loop {
                 if queue.stop {
                     return;
                 }
-                if let Some(wish) = queue.wishes.pop() {
+                if let Some(queued) = queue.wishes.pop() {
                     queue.busy = true;
-                    break (wish, queue.frame);
+                    break (queued, queue.frame);
                 }
                 queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
             };
             drop(queue);
             // What the frame before used may be drawn again in this one, which is not over.
-            self.load(&wish, frame, frame.saturating_sub(1));
-            self.queue().busy = false;
+            let outcome = self.load(&wish, frame, frame.saturating_sub(1));
+            let pages = match (wish.piece, selection, outcome) {
+                (Piece::Chunk(chunk), Some(selection), Outcome::Tried) => {
+                    let chunk = self.slots().chunk(chunk).cloned();
+                    chunk.map(|chunk| pages_within(&chunk, &selection, &wish)).unwrap_or_default()
+                }
+                _ => Vec::new(),
+            };
+            let mut queue = self.queue();
+            queue.busy = false;
+            if queue.frame == frame && !pages.is_empty() {
+                queue.wishes.extend(pages.into_iter().map(|wish| Queued { wish, selection: None }));
+                queue.sort();
+            }
+            // There is no room for what is less urgent either.
+            if outcome == Outcome::NoRoom && queue.frame == frame {
+                queue.wishes.clear();
+            }
+            drop(queue);
             self.changed.notify_all();
         }
     }
@@ -123,5 +237,5 @@ impl Shared {
 /// The less urgent first; ties by number, so that the order depends on the wishes alone.
 pub(super) fn by_urgency(a: &Wish, b: &Wish) -> std::cmp::Ordering {
     let key = a.urgency.total_cmp(&b.urgency).then(a.key.total_cmp(&b.key));
-    key.then(b.chunk.cmp(&a.chunk))
+    key.then(b.piece.cmp(&a.piece))
 }

@@ -1,29 +1,30 @@
 //! From a tree to its chunks, by a rule that leaves no choice: verifying makes them again and compares.
 
+use std::ops::Range;
 use std::path::Path;
 
 use zerocopy::IntoBytes;
 use zerocopy::little_endian::U32;
 
-use super::{CHUNK_FACES, CROWN_SHARE, ChunkRecord, CrownHead, CrownRecord};
+use super::{CHUNK_FACES, ChunkRecord, CrownHead, CrownRecord, PageEntry, belongs};
 use crate::error::Violation;
 use crate::hash::hash64_of;
 use crate::loops::Loops;
 use crate::node::Node;
 use crate::octahedral::NormalRecord;
 use crate::pack::{PackError, Packed, encode_top};
-use crate::records::{LOOP_END, PAGE_BIT, TopRecord, VertexRecord, pack};
+use crate::records::{LOOP_END, PAGE_BIT, PageRecord, TopRecord, VertexRecord, pack};
 use crate::rule::Rule;
 use crate::subtree::{Place, Subtree};
 use crate::walk::{Broken, Reader, to_index};
 
-/// The sections `CRWN` and `KINS` of a tree.
+/// The sections `CRPG` and `CHTP` of a tree.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ChunkData {
-    /// Section `CRWN`.
+    /// Section `CRPG`.
     pub crown: Vec<u8>,
-    /// Section `KINS`.
-    pub kins: Vec<u8>,
+    /// Section `CHTP`.
+    pub tops: Vec<u8>,
 }
 
 impl ChunkData {
@@ -63,13 +64,13 @@ impl ChunkData {
             vertices,
             path: Path::new(""),
         };
-        let mut kins = Vec::new();
+        let mut tops = Vec::new();
         let crown = build(&Source { reader, normals, colors }, chunk_faces, &mut |bytes| {
-            kins.extend_from_slice(bytes);
+            tops.extend_from_slice(bytes);
             Ok(())
         })
         .map_err(|violation| PackError::NoTree(violation.to_string()))?;
-        Ok(Self { crown, kins })
+        Ok(Self { crown, tops })
     }
 }
 
@@ -80,11 +81,11 @@ pub(crate) struct Source<'a> {
     pub(crate) colors: Option<&'a [[u8; 4]]>,
 }
 
-/// Makes section `CRWN`, and shows section `KINS` chunk by chunk.
+/// Makes section `CRPG`, and shows section `CHTP` chunk by chunk.
 pub(crate) fn build(
     source: &Source<'_>,
     chunk_faces: u32,
-    kins: &mut dyn FnMut(&[u8]) -> Result<(), Broken>,
+    tops: &mut dyn FnMut(&[u8]) -> Result<(), Broken>,
 ) -> Result<Vec<u8>, Broken> {
     let mut parts = Parts::default();
     // A node of the crown, and the one above it if it is the right child there.
@@ -104,18 +105,22 @@ pub(crate) fn build(
         } else {
             let name = U32::new(count(parts.chunks.len())?.get() | PAGE_BIT);
             (node.top.left, node.top.right) = (name, name);
-            let chunk = parts.chunk(source, &subtree, kins)?;
+            let chunk = parts.chunk(source, &subtree, tops)?;
             parts.chunks.push(chunk);
         }
         parts.nodes.push(node);
     }
+    for page in source.reader.pages {
+        parts.pages.push(page_entry(source, parts.pages.len(), page)?);
+    }
     parts.assemble(source, chunk_faces)
 }
 
-/// What section `CRWN` is put together from.
+/// What section `CRPG` is put together from.
 #[derive(Default)]
 struct Parts {
     chunks: Vec<ChunkRecord>,
+    pages: Vec<PageEntry>,
     nodes: Vec<CrownRecord>,
     /// Vertices of the crown, with repetitions.
     vertices: Vec<u32>,
@@ -123,7 +128,8 @@ struct Parts {
     corners: Vec<u32>,
     loops: Vec<u8>,
     scratch: Loops,
-    kins: usize,
+    /// Bytes of section `CHTP` so far.
+    copies: usize,
 }
 
 impl Parts {
@@ -131,9 +137,7 @@ impl Parts {
     fn crown_node(&mut self, reader: &Reader<'_>, subtree: &Subtree) -> Result<CrownRecord, Broken> {
         let mut top = match subtree.place {
             Place::Top { record } => *reader.top(record)?,
-            Place::Page { .. } if subtree.face_count() == 1 => {
-                TopRecord { axis: pack([0.0, 0.0, 1.0]), cos: (-1.0).into(), ..TopRecord::default() }
-            }
+            Place::Page { .. } if subtree.face_count() == 1 => TopRecord::of_face(),
             Place::Page { .. } => reader.decode(subtree)?.to_top(),
         };
         top.first_face = subtree.first_face.into();
@@ -141,10 +145,8 @@ impl Parts {
         // A node that is never drawn needs no loops, and may have none.
         if top.bound.get() != f32::INFINITY {
             reader.load_loops(subtree, &mut self.scratch)?;
-            let (bound, budget) = (top.bound.get() * CROWN_SHARE, top.budget.get() * CROWN_SHARE);
             for &vertex in &self.scratch.vertices {
-                let record = vertex_of(reader, vertex, subtree)?;
-                if record.bound() >= bound || record.budget() >= budget {
+                if belongs(vertex_of(reader, vertex, subtree)?, [top.bound.get(), top.budget.get()]) {
                     self.vertices.push(vertex);
                 }
             }
@@ -163,12 +165,12 @@ impl Parts {
         Ok(CrownRecord { top, corner: U32::ZERO })
     }
 
-    /// The record of a chunk; its kin are shown.
+    /// The record of a chunk; its part of section `CHTP` is shown.
     fn chunk(
         &mut self,
         source: &Source<'_>,
         subtree: &Subtree,
-        kins: &mut dyn FnMut(&[u8]) -> Result<(), Broken>,
+        tops: &mut dyn FnMut(&[u8]) -> Result<(), Broken>,
     ) -> Result<ChunkRecord, Broken> {
         let reader = &source.reader;
         let first_page = reader.pages.partition_point(|p| p.first_face.get() < subtree.first_face);
@@ -176,78 +178,37 @@ impl Parts {
         let lost = || broken(format!("faces {}..{}", subtree.first_face, subtree.face_end));
         let pages = reader.pages.get(first_page..end_page).ok_or_else(lost)?;
         let (Some(first), Some(last)) = (pages.first(), pages.last()) else { return Err(lost()) };
-        let end_of = |first: U32, count: U32| Some(to_index(first.get())?..to_index(count.get())?);
-        let plus = |first: U32, count: u16| first.get().checked_add(u32::from(count)).map(U32::new);
-
-        let tops = match subtree.place {
+        let top_range = match subtree.place {
             Place::Top { record } => {
                 let start = to_index(record).ok_or_else(lost)?;
                 start..start.saturating_add(pages.len()).saturating_sub(1)
             }
             Place::Page { .. } => 0..0,
         };
-        let top_records = reader.tops.get(tops.clone()).ok_or_else(lost)?;
-        let top_loops = match (top_records.first(), top_records.last()) {
-            (Some(first), Some(last)) => end_of(first.loop_start, last.loop_end),
-            _ => Some(0..0),
+        let records = reader.tops.get(top_range.clone()).ok_or_else(lost)?;
+        let top_loops = match (records.first(), records.last()) {
+            (Some(first), Some(last)) => to_index(first.loop_start.get()).zip(to_index(last.loop_end.get())),
+            _ => Some((0, 0)),
         };
-        let nodes = to_index(subtree.first_face).and_then(|face| {
-            let start = face.checked_sub(first_page)?;
-            let faces = to_index(subtree.face_count())?;
-            Some(start..start.checked_add(faces.checked_sub(pages.len())?)?)
-        });
-        let page_loops =
-            plus(last.first_loop, last.loop_bytes.get()).and_then(|end| end_of(first.first_loop, end));
-        let links = plus(last.first_link, last.links.get()).and_then(|end| end_of(first.first_link, end));
-        let vertices =
-            plus(last.first_vertex, last.own_vertices.get()).and_then(|end| end_of(first.first_vertex, end));
-        let (Some(top_loops), Some(nodes), Some(page_loops), Some(links), Some(vertices)) =
-            (top_loops, nodes, page_loops, links, vertices)
-        else {
-            return Err(lost());
-        };
+        let (loop_start, loop_end) = top_loops.ok_or_else(lost)?;
+        let top_loops = reader.top_loops.get(loop_start..loop_end).ok_or_else(lost)?;
+        let links_end = last.first_link.get().checked_add(u32::from(last.links.get()));
+        let links = run(reader.links, first.first_link.get(), links_end).ok_or_else(lost)?;
 
-        let links = reader.links.get(links).ok_or_else(lost)?;
-        let kin = kin_of(links, first.first_vertex.get());
-        let mut copies = Vec::new();
-        append_vertices(source, &kin, &mut copies)?;
-        kins(&copies)?;
-        let normals = match source.normals {
-            Some(normals) => normals.get(vertices.clone()).ok_or_else(lost)?.as_bytes(),
-            None => &[],
-        };
-        let colors = match source.colors {
-            Some(colors) => colors.get(vertices.clone()).ok_or_else(lost)?.as_flattened(),
-            None => &[],
-        };
-        let hash = hash64_of(&[
-            top_records.as_bytes(),
-            reader.top_loops.get(top_loops.clone()).ok_or_else(lost)?,
-            pages.as_bytes(),
-            reader.nodes.get(nodes).ok_or_else(lost)?.as_bytes(),
-            subtree.of(reader.faces).as_bytes(),
-            reader.loops.get(page_loops).ok_or_else(lost)?,
-            links.as_bytes(),
-            reader.vertices.get(vertices).ok_or_else(lost)?.as_bytes(),
-            normals,
-            colors,
-            &copies,
-        ]);
-        let first_kin = self.kins;
-        self.kins = self.kins.saturating_add(kin.len());
+        let copies = super::copies::of_chunk(source, subtree)?;
+        tops(&copies)?;
+        let hash = hash64_of(&[records.as_bytes(), top_loops, pages.as_bytes(), links.as_bytes(), &copies]);
+        let start = self.copies;
+        self.copies = self.copies.saturating_add(copies.len());
         Ok(ChunkRecord {
             hash: hash.into(),
             root: subtree.child.raw().into(),
-            top: count(tops.start)?,
-            top_loop: count(top_loops.start)?,
+            top: count(top_range.start)?,
+            top_loop: count(loop_start)?,
             top_loop_bytes: count(top_loops.len())?,
             page: count(first_page)?,
-            face: subtree.first_face.into(),
-            page_loop: first.first_loop,
             link: first.first_link,
-            vertex: first.first_vertex,
-            kin: count(first_kin)?,
-            reserved: U32::ZERO,
+            copies: count(start)?,
         })
     }
 
@@ -268,6 +229,7 @@ impl Parts {
         let mut out = Vec::new();
         out.extend_from_slice(head.as_bytes());
         out.extend_from_slice(self.chunks.as_bytes());
+        out.extend_from_slice(self.pages.as_bytes());
         out.extend_from_slice(self.nodes.as_bytes());
         for vertex in &self.vertices {
             out.extend_from_slice(&vertex.to_le_bytes());
@@ -278,16 +240,50 @@ impl Parts {
     }
 }
 
-/// The vertices that links name before `first_vertex`, in order.
-pub(super) fn kin_of(links: &[U32], first_vertex: u32) -> Vec<u32> {
-    let mut kin: Vec<u32> = links.iter().map(|v| v.get()).filter(|v| *v < first_vertex).collect();
-    kin.sort_unstable();
-    kin.dedup();
-    kin
+/// What is kept of a page in memory.
+fn page_entry(source: &Source<'_>, index: usize, page: &PageRecord) -> Result<PageEntry, Broken> {
+    let reader = &source.reader;
+    let lost = || broken(format!("section PAGE, page {index}"));
+    let faces = u32::from(page.faces);
+    let first_face = page.first_face.get();
+    let first_node = count(index)?.get();
+    let first_node = first_face.checked_sub(first_node).ok_or_else(lost)?;
+    let nodes_end = first_node.checked_add(faces).and_then(|end| end.checked_sub(1));
+    let nodes = run(reader.nodes, first_node, nodes_end).ok_or_else(lost)?;
+    let faces = run(reader.faces, first_face, first_face.checked_add(faces)).ok_or_else(lost)?;
+    let first_loop = page.first_loop.get();
+    let loops = run(reader.loops, first_loop, first_loop.checked_add(u32::from(page.loop_bytes.get())))
+        .ok_or_else(lost)?;
+    let first_vertex = page.first_vertex.get();
+    let vertices_end = first_vertex.checked_add(u32::from(page.own_vertices.get()));
+    let vertices = run(reader.vertices, first_vertex, vertices_end).ok_or_else(lost)?;
+    let normals = match source.normals {
+        Some(normals) => run(normals, first_vertex, vertices_end).ok_or_else(lost)?.as_bytes(),
+        None => &[],
+    };
+    let colors = match source.colors {
+        Some(colors) => run(colors, first_vertex, vertices_end).ok_or_else(lost)?.as_flattened(),
+        None => &[],
+    };
+    Ok(PageEntry {
+        hash: hash64_of(&[nodes.as_bytes(), faces.as_bytes(), loops]).into(),
+        vertex_hash: hash64_of(&[vertices.as_bytes(), normals, colors]).into(),
+        first_vertex: page.first_vertex,
+    })
+}
+
+/// Elements from one on, up to another; none if there are not so many.
+fn run<T>(elements: &[T], start: u32, end: Option<u32>) -> Option<&[T]> {
+    let range: Range<usize> = to_index(start)?..to_index(end?)?;
+    elements.get(range)
 }
 
 /// Appends copies of vertices: records, then normals and colours where there are any.
-fn append_vertices(source: &Source<'_>, vertices: &[u32], out: &mut Vec<u8>) -> Result<(), Broken> {
+pub(super) fn append_vertices(
+    source: &Source<'_>,
+    vertices: &[u32],
+    out: &mut Vec<u8>,
+) -> Result<(), Broken> {
     let lost = |vertex: u32| move || broken(format!("vertex {vertex}"));
     for &vertex in vertices {
         let record = to_index(vertex).and_then(|v| source.reader.vertices.get(v)).ok_or_else(lost(vertex))?;
@@ -307,21 +303,25 @@ fn append_vertices(source: &Source<'_>, vertices: &[u32], out: &mut Vec<u8>) -> 
     Ok(())
 }
 
-fn vertex_of<'a>(reader: &Reader<'a>, vertex: u32, subtree: &Subtree) -> Result<&'a VertexRecord, Broken> {
+pub(super) fn vertex_of<'a>(
+    reader: &Reader<'a>,
+    vertex: u32,
+    subtree: &Subtree,
+) -> Result<&'a VertexRecord, Broken> {
     to_index(vertex).and_then(|v| reader.vertices.get(v)).ok_or_else(|| broken(subtree.to_string()))
 }
 
-fn count(n: usize) -> Result<U32, Broken> {
-    u32::try_from(n).map(U32::new).map_err(|_too_long| broken("section CRWN".to_owned()))
+pub(super) fn count(n: usize) -> Result<U32, Broken> {
+    u32::try_from(n).map(U32::new).map_err(|_too_long| broken("section CRPG".to_owned()))
 }
 
-fn broken(place: String) -> Broken {
+pub(super) fn broken(place: String) -> Broken {
     Violation::new(Rule::Chunk, place, "it cannot be put into chunks".to_owned())
 }
 
 impl Node {
     /// A record that reads as this node; without children, faces and loops.
-    fn to_top(self) -> TopRecord {
+    pub(super) fn to_top(self) -> TopRecord {
         TopRecord {
             center: pack(self.center),
             radius: self.radius.into(),
@@ -333,5 +333,12 @@ impl Node {
             plane: self.plane_record(),
             ..TopRecord::default()
         }
+    }
+}
+
+impl TopRecord {
+    /// What stands in the place of a node where there is a single face.
+    pub(super) fn of_face() -> Self {
+        TopRecord { axis: pack([0.0, 0.0, 1.0]), cos: (-1.0).into(), ..TopRecord::default() }
     }
 }

@@ -1,25 +1,27 @@
 //! The nodes above the chunks, and their roots: what stays in memory.
 
 use std::mem::size_of;
+use std::ops::Range;
 
 use zerocopy::little_endian::U32;
 use zerocopy::{FromBytes, Immutable, KnownLayout, Unaligned};
 
-use super::{ChunkRecord, CrownHead, CrownRecord};
+use super::{ChunkRecord, CrownHead, CrownRecord, PageEntry};
 use crate::error::Violation;
 use crate::loops::{Loops, read_top};
 use crate::node::Node;
 use crate::octahedral::NormalRecord;
-use crate::records::{PAGE_BIT, VertexRecord, WeldRecord};
+use crate::records::{PAGE_BIT, TopRecord, VertexRecord, WeldRecord};
 use crate::rule::Rule;
 use crate::walk::{Broken, to_index};
 
-/// The upper part of a tree, decoded from section `CRWN`; see [`crate::ChunkFile::crown`].
+/// The upper part of a tree, decoded from section `CRPG`; see [`crate::ChunkFile::crown`].
 ///
 /// Its nodes are numbered in preorder, the root is 0. Vertices are named as in the whole tree.
 #[derive(Debug, Default)]
 pub struct Crown {
     pub(super) chunks: Vec<ChunkRecord>,
+    pub(super) pages: Vec<PageEntry>,
     pub(super) nodes: Vec<CrownRecord>,
     pub(super) ids: Vec<U32>,
     pub(super) vertices: Vec<VertexRecord>,
@@ -48,10 +50,11 @@ impl Crown {
         bytes: &[u8],
         weld: &[WeldRecord],
         [vertex_count, face_count]: [u32; 2],
+        pages: usize,
         [normals, colors]: [bool; 2],
     ) -> Result<Self, Broken> {
         let mut rest = bytes;
-        let short = || broken("section CRWN".to_owned(), "it ends too early".to_owned());
+        let short = || broken("section CRPG".to_owned(), "it ends too early".to_owned());
         let head = take::<CrownHead>(&mut rest, 1).and_then(<[_]>::first).copied().ok_or_else(short)?;
         let [chunks, nodes, vertices] = [head.chunks, head.nodes, head.vertices].map(|n| to_index(n.get()));
         let (Some(chunks), Some(nodes), Some(vertices)) = (chunks, nodes, vertices) else {
@@ -59,6 +62,7 @@ impl Crown {
         };
         let crown = Self {
             chunks: take(&mut rest, chunks).ok_or_else(short)?.to_vec(),
+            pages: take(&mut rest, pages).ok_or_else(short)?.to_vec(),
             nodes: take(&mut rest, nodes).ok_or_else(short)?.to_vec(),
             ids: take(&mut rest, vertices).ok_or_else(short)?.to_vec(),
             vertices: take(&mut rest, vertices).ok_or_else(short)?.to_vec(),
@@ -106,9 +110,17 @@ impl Crown {
         }
         let ordered = self.ids.iter().zip(self.ids.iter().skip(1)).all(|(a, b)| a.get() < b.get());
         let in_range = self.ids.last().is_none_or(|id| id.get() < self.vertex_count);
-        if expected.is_some() || to_index(chunks) != Some(self.chunks.len()) || !ordered || !in_range {
-            let found = "its chunks or vertices do not stand in order".to_owned();
-            return Err(broken("section CRWN".to_owned(), found));
+        // Each chunk has pages of its own, and each page its run of vertices.
+        let pages = self.chunks.iter().map(|chunk| chunk.page.get());
+        let owned = pages.clone().zip(pages.skip(1)).all(|(a, b)| a < b)
+            && self.chunks.first().is_none_or(|chunk| chunk.page.get() == 0);
+        let firsts = self.pages.iter().map(|page| page.first_vertex.get());
+        let runs = firsts.clone().zip(firsts.skip(1)).all(|(a, b)| a <= b)
+            && self.pages.last().is_none_or(|page| page.first_vertex.get() <= self.vertex_count);
+        let all = to_index(chunks) == Some(self.chunks.len());
+        if expected.is_some() || !all || !ordered || !in_range || !owned || !runs {
+            let found = "its chunks, pages or vertices do not stand in order".to_owned();
+            return Err(broken("section CRPG".to_owned(), found));
         }
         Ok(())
     }
@@ -116,6 +128,34 @@ impl Crown {
     /// Number of chunks.
     pub fn chunk_count(&self) -> u32 {
         u32::try_from(self.chunks.len()).unwrap_or(u32::MAX)
+    }
+
+    /// Number of pages of the whole tree.
+    pub fn page_count(&self) -> u32 {
+        u32::try_from(self.pages.len()).unwrap_or(u32::MAX)
+    }
+
+    /// The chunk that a page lies in; some chunk where there is no such page.
+    pub fn chunk_of(&self, page: u32) -> u32 {
+        let after = self.chunks.partition_point(|chunk| chunk.page.get() <= page);
+        u32::try_from(after.saturating_sub(1)).unwrap_or(u32::MAX)
+    }
+
+    /// The page that owns a vertex; none if there is no such vertex.
+    pub fn owner_of(&self, vertex: u32) -> Option<u32> {
+        if vertex >= self.vertex_count {
+            return None;
+        }
+        let after = self.pages.partition_point(|page| page.first_vertex.get() <= vertex);
+        u32::try_from(after.checked_sub(1)?).ok()
+    }
+
+    /// The vertices that a page owns.
+    pub fn vertices_of(&self, page: u32) -> Option<Range<u32>> {
+        let index = to_index(page)?;
+        let start = self.pages.get(index)?.first_vertex.get();
+        let next = self.pages.get(index.checked_add(1)?);
+        Some(start..next.map_or(self.vertex_count, |next| next.first_vertex.get()))
     }
 
     /// A node, decoded.
@@ -171,6 +211,11 @@ impl Crown {
         self.face_count
     }
 
+    /// The names of its vertices, which ascend.
+    pub fn ids(&self) -> impl Iterator<Item = u32> {
+        self.ids.iter().map(|id| id.get())
+    }
+
     /// The records of its vertices.
     pub fn vertices(&self) -> &[VertexRecord] {
         &self.vertices
@@ -186,6 +231,11 @@ impl Crown {
         &self.colors
     }
 
+    /// The record of a node as that of a top node; loops and children mean nothing.
+    pub fn top(&self, node: u32) -> Option<TopRecord> {
+        Some(self.record(node)?.top)
+    }
+
     /// The first corner of a node's first face: its name, and its place among the vertices of the crown.
     pub fn corner(&self, node: u32) -> Option<(u32, usize)> {
         let place = to_index(self.record(node)?.corner.get())?;
@@ -196,6 +246,7 @@ impl Crown {
     pub fn bytes(&self) -> u64 {
         let bytes = [
             size_of_val(self.chunks.as_slice()),
+            size_of_val(self.pages.as_slice()),
             size_of_val(self.nodes.as_slice()),
             size_of_val(self.ids.as_slice()),
             size_of_val(self.vertices.as_slice()),

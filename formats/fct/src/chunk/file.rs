@@ -10,14 +10,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 use super::crown::Crown;
-use super::load::{Chunk, Runs, Wanted};
+use super::load::{Chunk, Runs, Wanted, broken};
+use super::page::{Body, ChunkPage, OwnVertices, VertexRun};
 use crate::container::{Container, Spans, check_section_hash};
 use crate::error::{Error, Violation};
 use crate::header::{HEADER_LEN, Header};
 use crate::meta::Meta;
-use crate::records::WeldRecord;
+use crate::octahedral::NormalRecord;
+use crate::records::{FaceRecord, MAX_PAGE_VERTICES, NodeRecord, PageRecord, VertexRecord, WeldRecord};
 use crate::rule::Rule;
 use crate::section::Tag;
+use crate::walk::to_index;
 
 /// Bytes that can be read at any place, by many threads.
 pub trait ReadAt: Send + Sync {
@@ -71,7 +74,7 @@ impl ReadAt for Vec<u8> {
     }
 }
 
-/// A tree whose crown is in memory and whose chunks are read one by one.
+/// A tree whose crown is in memory, and whose chunks and pages are read one by one.
 ///
 /// It is not mapped: a file that is truncated meanwhile gives an error and stops no program.
 pub struct ChunkFile {
@@ -80,8 +83,8 @@ pub struct ChunkFile {
     meta: Meta,
     spans: Spans,
     crown: Crown,
-    kins: Range<usize>,
-    kin_size: usize,
+    /// Section `CHTP`.
+    copies: Range<usize>,
 }
 
 /// Where the bytes come from, and how many came.
@@ -96,7 +99,8 @@ impl ChunkFile {
     /// Opens a file and reads its crown, which is a few hundredths of it.
     ///
     /// # Errors
-    /// As [`crate::Tree::open`]; [`Rule::SectionRequired`] is broken when the file has no chunks, being of version 1.0.
+    /// As [`crate::Tree::open`]; [`Rule::SectionRequired`] is broken when the file cannot be read in parts, being
+    /// of a version before 1.3.
     pub fn open(path: &Path) -> Result<Self, Error> {
         // Asked by name first, since opening a pipe would wait for a writer.
         let kind = fs::metadata(path).map_err(Error::io(path, "cannot open"))?;
@@ -137,19 +141,19 @@ impl ChunkFile {
         let bytes = input.read::<u8>(range.start, range.len())?;
         let meta = Container::read_meta(meta, &bytes).map_err(|v| v.at(path))?;
 
-        let crown = section(Tag::CRWN)?;
-        let kins = section(Tag::KINS)?.range().map_err(|v| v.at(path))?;
+        let crown = section(Tag::CRPG)?;
+        let copies = section(Tag::CHTP)?.range().map_err(|v| v.at(path))?;
         let range = crown.range().map_err(|v| v.at(path))?;
         let bytes = input.read::<u8>(range.start, range.len())?;
         check_section_hash(crown, &bytes).map_err(|v| v.at(path))?;
         let weld = spans.weld.clone();
-        let copies = weld.len().checked_div(size_of::<WeldRecord>()).unwrap_or(0);
-        let weld = input.read::<WeldRecord>(weld.start, copies)?;
+        let welded = weld.len().checked_div(size_of::<WeldRecord>()).unwrap_or(0);
+        let weld = input.read::<WeldRecord>(weld.start, welded)?;
         let counts = [header.vertex_count, header.face_count].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
         let attributes = [spans.norm.is_some(), spans.colr.is_some()];
-        let crown = Crown::parse(&bytes, &weld, counts, attributes).map_err(|v| v.at(path))?;
-        let kin_size = Wanted::vertex_size(attributes);
-        Ok(Self { input, header, meta, spans, crown, kins, kin_size })
+        let pages = spans.page.len().checked_div(size_of::<PageRecord>()).unwrap_or(0);
+        let crown = Crown::parse(&bytes, &weld, counts, pages, attributes).map_err(|v| v.at(path))?;
+        Ok(Self { input, header, meta, spans, crown, copies })
     }
 
     /// The path it was opened by.
@@ -172,9 +176,22 @@ impl ChunkFile {
         &self.crown
     }
 
-    /// Bytes of memory that a chunk will take at most; none if there is no such chunk.
+    /// Bytes of memory that the top of a chunk will take at most; none if there is no such chunk.
     pub fn chunk_bytes(&self, chunk: u32) -> Option<u64> {
         self.wanted(chunk).map(|wanted| wanted.memory())
+    }
+
+    /// Bytes of memory that a page of a chunk will take at most; none if the chunk has no such page.
+    pub fn page_bytes(&self, chunk: &Chunk, page: u32) -> Option<u64> {
+        let (record, _) = chunk.page_record(page)?;
+        Some(ChunkPage::memory(record, self.vertex_size()))
+    }
+
+    /// Bytes of memory that the vertices of a page will take at most; none if there is no such page.
+    pub fn run_bytes(&self, page: u32) -> Option<u64> {
+        let count = u64::from(u32::try_from(self.crown.vertices_of(page)?.len()).ok()?);
+        let size = u64::try_from(self.vertex_size()).ok()?;
+        count.checked_mul(size)?.checked_add(u64::try_from(size_of::<VertexRun>()).ok()?)
     }
 
     /// How often the file was read from, and how many bytes in all.
@@ -182,39 +199,133 @@ impl ChunkFile {
         [&self.input.reads, &self.input.bytes_read].map(|n| n.load(Ordering::Relaxed))
     }
 
-    /// Reads a chunk and checks its hash and its references.
+    /// Reads the top of a chunk and checks its hash and its references.
     ///
     /// # Errors
     /// [`Error::Io`] when the system refuses, [`Error::Invalid`] when the chunk is damaged.
     pub fn load(&self, chunk: u32) -> Result<Chunk, Error> {
-        let place = || format!("chunk {chunk}");
-        let damaged = |found: &str| Violation::new(Rule::Chunk, place(), found.to_owned()).at(self.path());
-        let wanted = self.wanted(chunk).ok_or_else(|| damaged("its runs leave their sections"))?;
+        let place = format!("chunk {chunk}");
+        let wanted = self.wanted(chunk);
+        let wanted = wanted.ok_or_else(|| self.damaged(&place, "its runs leave their sections"))?;
         let runs = Runs {
             tops: self.run(&self.spans.topn, &wanted.tops)?,
             top_loops: self.run(&self.spans.topl, &wanted.top_loops)?,
             pages: self.run(&self.spans.page, &wanted.pages)?,
-            nodes: self.run(&self.spans.node, &wanted.nodes)?,
-            faces: self.run(&self.spans.face, &wanted.faces)?,
-            loops: self.run(&self.spans.loops, &wanted.loops)?,
             links: self.run(&self.spans.link, &wanted.links)?,
-            vertices: self.run(&self.spans.vert, &wanted.vertices)?,
-            normals: self.attribute(self.spans.norm.as_ref(), &wanted.vertices)?,
-            colors: self.attribute(self.spans.colr.as_ref(), &wanted.vertices)?,
-            kins: self.run(&self.kins, &wanted.kin_bytes(self.kin_size))?,
+            copies: self.run(&self.copies, &wanted.copies)?,
         };
         if runs.hash() != wanted.hash {
-            return Err(damaged("its hash does not match"));
+            return Err(self.damaged(&place, "its hash does not match"));
         }
-        Chunk::new(&wanted, runs, self.path()).map_err(|violation| {
-            Violation::new(Rule::Chunk, place(), format!("{}: {}", violation.place, violation.found))
-                .at(self.path())
-        })
+        let vertices = u32::try_from(self.header.vertex_count).unwrap_or(u32::MAX);
+        Chunk::new(&wanted, runs, self.attributes(), vertices, self.path())
+            .map_err(|v| self.within(&place, &v))
     }
 
-    /// Which elements of the sections a chunk takes; none if they leave them.
+    /// The pages whose vertices a page of a chunk uses, itself among them, in order; none if it names vertices that are
+    /// not there.
+    pub fn runs_of(&self, chunk: &Chunk, page: u32) -> Option<Vec<u32>> {
+        let (_, links) = chunk.page_record(page)?;
+        let mut owners = vec![page];
+        for link in links {
+            owners.push(self.crown.owner_of(link.get())?);
+        }
+        owners.sort_unstable();
+        owners.dedup();
+        Some(owners)
+    }
+
+    /// Reads the vertices that a page owns and checks their hash.
+    ///
+    /// # Errors
+    /// As [`ChunkFile::load`].
+    pub fn load_run(&self, page: u32) -> Result<VertexRun, Error> {
+        let place = format!("the vertices of page {page}");
+        let lost = || self.damaged(&place, "it does not have so many");
+        let range = self.crown.vertices_of(page).ok_or_else(lost)?;
+        let entry = to_index(page).and_then(|page| self.crown.pages.get(page)).ok_or_else(lost)?;
+        let elements = to_index(range.start).zip(to_index(range.end)).ok_or_else(lost)?;
+        let elements = elements.0..elements.1;
+        if range.len() > usize::try_from(MAX_PAGE_VERTICES).unwrap_or(0) {
+            return Err(lost());
+        }
+        let run = VertexRun {
+            first: range.start,
+            vertices: self.run(&self.spans.vert, &elements)?,
+            normals: self.attribute(self.spans.norm.as_ref(), &elements)?,
+            colors: self.attribute(self.spans.colr.as_ref(), &elements)?,
+        };
+        if run.hash() != entry.vertex_hash.get() {
+            return Err(self.damaged(&place, "their hash does not match"));
+        }
+        Ok(run)
+    }
+
+    /// Reads a page of a chunk and checks its hash and its references.
+    ///
+    /// `runs` are the vertices of the pages that [`ChunkFile::runs_of`] names, in that order.
+    ///
+    /// # Errors
+    /// As [`ChunkFile::load`].
+    pub fn load_page(&self, chunk: &Chunk, page: u32, runs: &[OwnVertices<'_>]) -> Result<ChunkPage, Error> {
+        let place = format!("page {page}");
+        let lost = || self.damaged(&place, "it leaves its sections");
+        let (record, links) = chunk.page_record(page).ok_or_else(lost)?;
+        let owners = self.runs_of(chunk, page).filter(|owners| owners.len() == runs.len());
+        let owners = owners.ok_or_else(lost)?;
+        let entry = to_index(page).and_then(|page| self.crown.pages.get(page)).ok_or_else(lost)?;
+        let first_face = chunk.first_face().checked_add(record.first_face.get()).ok_or_else(lost)?;
+        let first_node = first_face.checked_sub(page).ok_or_else(lost)?;
+        let nodes = usize::from(record.faces).checked_sub(1).ok_or_else(lost)?;
+        let range = |first: u32, count: usize, section: &Range<usize>, size: usize| {
+            let start = to_index(first)?;
+            let end = start.checked_add(count)?;
+            (end <= section.len().checked_div(size)?).then_some(start..end)
+        };
+        let spans = &self.spans;
+        let nodes = range(first_node, nodes, &spans.node, size_of::<NodeRecord>()).ok_or_else(lost)?;
+        let faces = usize::from(record.faces);
+        let faces = range(first_face, faces, &spans.face, size_of::<FaceRecord>()).ok_or_else(lost)?;
+        let loops = usize::from(record.loop_bytes.get());
+        let loops = range(record.first_loop.get(), loops, &spans.loops, 1).ok_or_else(lost)?;
+        let body = Body {
+            nodes: self.run(&spans.node, &nodes)?,
+            faces: self.run(&spans.face, &faces)?,
+            loops: self.run(&spans.loops, &loops)?,
+        };
+        if body.hash() != entry.hash.get() {
+            return Err(self.damaged(&place, "its hash does not match"));
+        }
+        let of = |owner: u32| runs.get(owners.binary_search(&owner).ok()?).copied();
+        let own = of(page).ok_or_else(lost)?;
+        let made = ChunkPage::new(*record, body, links, own, |v| of(self.crown.owner_of(v)?), self.path());
+        made.map_err(|v| self.within(&place, &v))
+    }
+
+    /// Which elements of the sections the top of a chunk takes; none if they leave them.
     fn wanted(&self, chunk: u32) -> Option<Wanted> {
-        Wanted::of(&self.crown.chunks, chunk, &self.spans, self.kins.len().checked_div(self.kin_size)?)
+        Wanted::of(&self.crown.chunks, chunk, &self.spans, self.copies.len())
+    }
+
+    fn damaged(&self, place: &str, found: &str) -> Error {
+        broken(place, found).at(self.path())
+    }
+
+    /// A broken rule in a part of the file.
+    fn within(&self, place: &str, violation: &Violation) -> Error {
+        self.damaged(place, &format!("{}: {}", violation.place, violation.found))
+    }
+
+    fn attributes(&self) -> [bool; 2] {
+        [self.spans.norm.is_some(), self.spans.colr.is_some()]
+    }
+
+    /// Bytes of a vertex with its attributes.
+    fn vertex_size(&self) -> usize {
+        let [normals, colors] = self.attributes();
+        let normal = if normals { size_of::<NormalRecord>() } else { 0 };
+        let color = if colors { size_of::<[u8; 4]>() } else { 0 };
+        size_of::<VertexRecord>().saturating_add(normal).saturating_add(color)
     }
 
     fn attribute<T>(&self, section: Option<&Range<usize>>, elements: &Range<usize>) -> Result<Vec<T>, Error>

@@ -1,4 +1,4 @@
-//! A chunk in memory: a small tree of its own, with indices from 0 on.
+//! The top of a chunk in memory: what is looked at before any of its pages is.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -7,121 +7,106 @@ use zerocopy::IntoBytes;
 use zerocopy::little_endian::U32;
 
 use super::ChunkRecord;
-use super::build::kin_of;
 use super::crown::take;
 use crate::child::ChildRef;
 use crate::container::Spans;
-use crate::error::Violation;
+use crate::error::{Error, Violation};
 use crate::hash::hash64_of;
-use crate::loops::{Loops, read_top};
+use crate::loops::{Loops, read_stored, read_top, read_varint};
+use crate::node::Node;
 use crate::octahedral::NormalRecord;
-use crate::pack::encode_top;
-use crate::records::{FaceRecord, LOOP_END, NodeRecord, PAGE_BIT, PageRecord, TopRecord, VertexRecord};
+use crate::records::{NodeRecord, PAGE_BIT, PageRecord, TopRecord, VertexRecord};
 use crate::rule::Rule;
 use crate::subtree::{Place, Subtree};
 use crate::walk::{Broken, Reader, to_index};
 
-/// A chunk, to be walked from [`Chunk::root`] with [`Chunk::reader`].
+/// The top of a chunk: its nodes down to the roots of its pages, walked from [`Chunk::root`] with [`Chunk::children`].
 ///
-/// Its nodes are named as in the whole tree. Its faces are numbered from 0 on, and so are its vertices: first its own,
-/// then its kin; [`Chunk::vertex_id`] names them as the whole tree does.
+/// Nodes and vertices are named as in the whole tree; faces are numbered from 0 on.
 #[derive(Debug)]
 pub struct Chunk {
-    runs: Runs,
+    tops: Vec<TopRecord>,
+    top_loops: Vec<u8>,
+    /// With the faces and links of the chunk numbered from 0 on.
+    pages: Vec<PageRecord>,
+    links: Vec<U32>,
+    roots: Vec<PageRoot>,
+    /// Loops of the pages' roots, as local indices.
+    root_loops: Vec<u8>,
+    ids: Vec<u32>,
+    vertices: Vec<VertexRecord>,
+    normals: Vec<NormalRecord>,
+    colors: Vec<[u8; 4]>,
     root: Subtree,
-    first_vertex: u32,
-    own: u32,
-    kin: Vec<u32>,
+    first_page: u32,
+    first_face: u32,
+    vertex_count: u32,
     path: PathBuf,
 }
 
-/// The elements of each section that make a chunk.
+/// The copy of a page's root.
+#[derive(Clone, Copy, Debug, Default)]
+struct PageRoot {
+    /// Means nothing for a page of one face.
+    node: NodeRecord,
+    /// Where its loops begin.
+    loops: u32,
+    /// The first corner of its first face, as a local index.
+    corner: u8,
+}
+
+/// The elements of each section that make the top of a chunk.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     pub(super) hash: u64,
-    pub(super) root: ChildRef,
+    root: ChildRef,
     pub(super) tops: Range<usize>,
     pub(super) top_loops: Range<usize>,
     pub(super) pages: Range<usize>,
-    pub(super) nodes: Range<usize>,
-    pub(super) faces: Range<usize>,
-    pub(super) loops: Range<usize>,
     pub(super) links: Range<usize>,
-    pub(super) vertices: Range<usize>,
-    pub(super) kin: Range<usize>,
-    pub(super) attributes: [bool; 2],
+    pub(super) copies: Range<usize>,
 }
 
 impl Wanted {
-    /// None if the chunk is not there, or its runs leave their sections or are too short for a tree.
-    pub(super) fn of(chunks: &[ChunkRecord], chunk: u32, spans: &Spans, kins: usize) -> Option<Self> {
+    /// None if the chunk is not there, or its runs leave their sections.
+    pub(super) fn of(chunks: &[ChunkRecord], chunk: u32, spans: &Spans, copies: usize) -> Option<Self> {
         let index = to_index(chunk)?;
         let record = chunks.get(index)?;
         let next = chunks.get(index.checked_add(1)?);
-        let run = |field: fn(&ChunkRecord) -> U32, section: &Range<usize>, size: usize| {
-            let end = section.len().checked_div(size)?;
+        let run = |field: fn(&ChunkRecord) -> U32, end: usize| {
             let next = next.map_or(Some(end), |n| to_index(field(n).get()))?;
             let start = to_index(field(record).get())?;
             (start <= next && next <= end).then_some(start..next)
         };
-        let pages = run(|c| c.page, &spans.page, size_of::<PageRecord>())?;
-        let faces = run(|c| c.face, &spans.face, size_of::<FaceRecord>())?;
+        let count = |section: &Range<usize>, size: usize| section.len().checked_div(size).unwrap_or(0);
+        let pages = run(|c| c.page, count(&spans.page, size_of::<PageRecord>()))?;
         let top = to_index(record.top.get())?;
         let tops = top..top.checked_add(pages.len().checked_sub(1)?)?;
         let top_loop = to_index(record.top_loop.get())?;
         let top_loops = top_loop..top_loop.checked_add(to_index(record.top_loop_bytes.get())?)?;
-        let first_node = faces.start.checked_sub(pages.start)?;
-        let nodes = first_node..first_node.checked_add(faces.len().checked_sub(pages.len())?)?;
-        let inside = |run: &Range<usize>, section: &Range<usize>, size: usize| {
-            section.len().checked_div(size).is_some_and(|end| run.end <= end)
-        };
-        let lies = inside(&tops, &spans.topn, size_of::<TopRecord>())
-            && inside(&top_loops, &spans.topl, 1)
-            && inside(&nodes, &spans.node, size_of::<NodeRecord>());
-        lies.then_some(())?;
-        let all_kins = 0..kins;
+        let inside =
+            tops.end <= count(&spans.topn, size_of::<TopRecord>()) && top_loops.end <= spans.topl.len();
+        inside.then_some(())?;
         Some(Self {
             hash: record.hash.get(),
             root: ChildRef::from_raw(record.root.get()),
             tops,
             top_loops,
             pages,
-            nodes,
-            faces,
-            loops: run(|c| c.page_loop, &spans.loops, 1)?,
-            links: run(|c| c.link, &spans.link, size_of::<U32>())?,
-            vertices: run(|c| c.vertex, &spans.vert, size_of::<VertexRecord>())?,
-            kin: run(|c| c.kin, &all_kins, 1)?,
-            attributes: [spans.norm.is_some(), spans.colr.is_some()],
+            links: run(|c| c.link, count(&spans.link, size_of::<U32>()))?,
+            copies: run(|c| c.copies, copies)?,
         })
     }
 
-    /// Bytes of a vertex with its attributes.
-    pub(super) const fn vertex_size([normals, colors]: [bool; 2]) -> usize {
-        let normal = if normals { size_of::<NormalRecord>() } else { 0 };
-        let color = if colors { size_of::<[u8; 4]>() } else { 0 };
-        size_of::<VertexRecord>().saturating_add(normal).saturating_add(color)
-    }
-
-    /// The bytes of the kin in section `KINS`.
-    pub(super) fn kin_bytes(&self, size: usize) -> Range<usize> {
-        self.kin.start.saturating_mul(size)..self.kin.end.saturating_mul(size)
-    }
-
-    /// The most bytes of memory that the chunk takes, the reading included.
+    /// The most bytes of memory that the top takes, the reading included.
     pub(super) fn memory(&self) -> u64 {
-        let vertices = self.vertices.len().saturating_add(self.kin.len());
-        // A loop entry takes at most five bytes when its vertices are numbered anew.
+        // A vertex takes more bytes in the file than its name does here.
         let sizes = [
             (self.tops.len(), size_of::<TopRecord>()),
-            (self.top_loops.len(), 6),
-            (self.pages.len(), size_of::<PageRecord>()),
-            (self.nodes.len(), size_of::<NodeRecord>()),
-            (self.faces.len(), size_of::<FaceRecord>()),
-            (self.loops.len(), 1),
+            (self.top_loops.len(), 1),
+            (self.pages.len(), size_of::<PageRecord>().saturating_add(size_of::<PageRoot>())),
             (self.links.len(), size_of::<U32>()),
-            (vertices, Self::vertex_size(self.attributes)),
-            (self.kin.len(), Self::vertex_size(self.attributes).saturating_add(4)),
+            (self.copies.len(), 3),
             (1, size_of::<Chunk>()),
         ];
         let bytes =
@@ -130,21 +115,14 @@ impl Wanted {
     }
 }
 
-/// The sections of a chunk.
+/// What is read of a chunk's top.
 #[derive(Debug)]
 pub(super) struct Runs {
     pub(super) tops: Vec<TopRecord>,
     pub(super) top_loops: Vec<u8>,
     pub(super) pages: Vec<PageRecord>,
-    pub(super) nodes: Vec<NodeRecord>,
-    pub(super) faces: Vec<FaceRecord>,
-    pub(super) loops: Vec<u8>,
     pub(super) links: Vec<U32>,
-    pub(super) vertices: Vec<VertexRecord>,
-    pub(super) normals: Vec<NormalRecord>,
-    pub(super) colors: Vec<[u8; 4]>,
-    /// Copies of vertices of other chunks, until they stand with the others.
-    pub(super) kins: Vec<u8>,
+    pub(super) copies: Vec<u8>,
 }
 
 impl Runs {
@@ -153,169 +131,64 @@ impl Runs {
             self.tops.as_bytes(),
             &self.top_loops,
             self.pages.as_bytes(),
-            self.nodes.as_bytes(),
-            self.faces.as_bytes(),
-            &self.loops,
             self.links.as_bytes(),
-            self.vertices.as_bytes(),
-            self.normals.as_bytes(),
-            self.colors.as_flattened(),
-            &self.kins,
+            &self.copies,
         ])
     }
 }
 
 impl Chunk {
-    /// Numbers everything from 0 on, so that each reference can be checked against what the chunk has.
-    pub(super) fn new(wanted: &Wanted, mut runs: Runs, path: &Path) -> Result<Self, Broken> {
-        let [normals, colors] = wanted.attributes;
-        let first_vertex = from_index(wanted.vertices.start)?;
-        let own = from_index(runs.vertices.len())?;
-        let kin = kin_of(&runs.links, first_vertex);
-        let mut copies = std::mem::take(&mut runs.kins);
-        {
-            let mut rest = copies.as_slice();
-            let short = || broken("section KINS", "it does not hold the kin that links name");
-            runs.vertices.reserve_exact(kin.len());
-            runs.vertices.extend_from_slice(take(&mut rest, kin.len()).ok_or_else(short)?);
-            if normals {
-                runs.normals.reserve_exact(kin.len());
-                runs.normals.extend_from_slice(take(&mut rest, kin.len()).ok_or_else(short)?);
-            }
-            if colors {
-                runs.colors.reserve_exact(kin.len());
-                runs.colors.extend_from_slice(take(&mut rest, kin.len()).ok_or_else(short)?);
-            }
-            if !rest.is_empty() || wanted.kin.len() != kin.len() {
-                return Err(short());
-            }
-        }
-        copies.clear();
+    /// Numbers pages, top nodes and faces from 0 on, so that each reference can be checked against what the chunk has.
+    pub(super) fn new(
+        wanted: &Wanted,
+        runs: Runs,
+        attributes: [bool; 2],
+        vertex_count: u32,
+        path: &Path,
+    ) -> Result<Self, Broken> {
+        let Runs { tops, top_loops, pages, links, copies } = runs;
+        let lost = || broken("section PAGE", "a page begins before its chunk");
+        let first_face = pages.first().ok_or_else(lost)?.first_face.get();
+        let face_end = pages.last().map_or(0, |p| p.first_face.get().saturating_add(u32::from(p.faces)));
+        let faces = face_end.checked_sub(first_face).ok_or_else(lost)?;
         let mut chunk = Self {
-            root: Subtree {
-                // Nodes keep their names, faces are numbered from 0 on.
-                child: if runs.faces.len() == 1 { ChildRef::face(0) } else { wanted.root },
-                first_face: 0,
-                face_end: from_index(runs.faces.len())?,
-                place: if runs.pages.len() == 1 {
-                    Place::Page { page: 0, record: 0, loops: 0 }
-                } else {
-                    Place::Top { record: 0 }
-                },
-            },
-            runs,
-            first_vertex,
-            own,
-            kin,
+            tops,
+            top_loops,
+            pages,
+            links,
+            roots: Vec::new(),
+            root_loops: Vec::new(),
+            ids: Vec::new(),
+            vertices: Vec::new(),
+            normals: Vec::new(),
+            colors: Vec::new(),
+            root: Subtree::default(),
+            first_page: from_index(wanted.pages.start)?,
+            first_face,
+            vertex_count,
             path: path.to_owned(),
         };
-        chunk.number_links()?;
+        chunk.root = Subtree {
+            child: if faces == 1 { ChildRef::face(0) } else { wanted.root },
+            first_face: 0,
+            face_end: faces,
+            place: if chunk.pages.len() == 1 {
+                Place::Page { page: 0, record: 0, loops: 0 }
+            } else {
+                Place::Top { record: 0 }
+            },
+        };
         chunk.number_pages(wanted)?;
         chunk.number_tops(wanted)?;
+        chunk.take_copies(&copies, attributes)?;
         Ok(chunk)
     }
 
-    /// The subtree whose root is the chunk's.
-    pub fn root(&self) -> Subtree {
-        self.root
-    }
-
-    /// The chunk as a walk reads it. Faces and vertices are numbered from 0 on.
-    pub fn reader(&self) -> Reader<'_> {
-        Reader {
-            tops: &self.runs.tops,
-            top_loops: &self.runs.top_loops,
-            top_corners: &[],
-            pages: &self.runs.pages,
-            nodes: &self.runs.nodes,
-            faces: &self.runs.faces,
-            links: &self.runs.links,
-            loops: &self.runs.loops,
-            vertices: &self.runs.vertices,
-            path: &self.path,
-        }
-    }
-
-    /// The name of a vertex in the whole tree.
-    pub fn vertex_id(&self, vertex: u32) -> Option<u32> {
-        match vertex.checked_sub(self.own) {
-            None => self.first_vertex.checked_add(vertex),
-            Some(kin) => self.kin.get(to_index(kin)?).copied(),
-        }
-    }
-
-    /// The number here of a vertex of the whole tree that is the chunk's own.
-    pub fn own_vertex(&self, id: u32) -> Option<u32> {
-        id.checked_sub(self.first_vertex).filter(|v| *v < self.own)
-    }
-
-    /// The kin: names of vertices of other chunks, in order, which stand after the chunk's own.
-    pub fn kin(&self) -> &[u32] {
-        &self.kin
-    }
-
-    /// The names of its own vertices; chunks have runs of them one after the other, which may be empty.
-    pub fn own_vertices(&self) -> Range<u32> {
-        self.first_vertex..self.first_vertex.saturating_add(self.own)
-    }
-
-    /// The normals of its vertices; empty if the file has none.
-    pub fn normals(&self) -> &[NormalRecord] {
-        &self.runs.normals
-    }
-
-    /// The colours of its vertices; empty if the file has none.
-    pub fn colors(&self) -> &[[u8; 4]] {
-        &self.runs.colors
-    }
-
-    /// Bytes of memory that it takes.
-    pub fn bytes(&self) -> u64 {
-        let runs = &self.runs;
-        let bytes = [
-            runs.tops.capacity().saturating_mul(size_of::<TopRecord>()),
-            runs.top_loops.capacity(),
-            runs.pages.capacity().saturating_mul(size_of::<PageRecord>()),
-            runs.nodes.capacity().saturating_mul(size_of::<NodeRecord>()),
-            runs.faces.capacity().saturating_mul(size_of::<FaceRecord>()),
-            runs.loops.capacity(),
-            runs.links.capacity().saturating_mul(size_of::<U32>()),
-            runs.vertices.capacity().saturating_mul(size_of::<VertexRecord>()),
-            runs.normals.capacity().saturating_mul(size_of::<NormalRecord>()),
-            runs.colors.capacity().saturating_mul(size_of::<[u8; 4]>()),
-            self.kin.capacity().saturating_mul(size_of::<u32>()),
-            size_of::<Self>(),
-        ];
-        bytes.into_iter().map(|n| u64::try_from(n).unwrap_or(u64::MAX)).fold(0, u64::saturating_add)
-    }
-
-    /// The number here of a vertex of the whole tree.
-    fn local(&self, id: u32) -> Option<u32> {
-        self.own_vertex(id).or_else(|| {
-            let kin = u32::try_from(self.kin.binary_search(&id).ok()?).ok()?;
-            self.own.checked_add(kin)
-        })
-    }
-
-    fn number_links(&mut self) -> Result<(), Broken> {
-        for index in 0..self.runs.links.len() {
-            let link = self.runs.links.get(index).copied().unwrap_or_default();
-            let local =
-                self.local(link.get()).ok_or_else(|| broken("section LINK", "a link leaves the chunk"))?;
-            if let Some(slot) = self.runs.links.get_mut(index) {
-                *slot = local.into();
-            }
-        }
-        Ok(())
-    }
-
     fn number_pages(&mut self, wanted: &Wanted) -> Result<(), Broken> {
-        let starts = [wanted.faces.start, wanted.vertices.start, wanted.links.start, wanted.loops.start];
-        for page in &mut self.runs.pages {
-            let fields =
-                [&mut page.first_face, &mut page.first_vertex, &mut page.first_link, &mut page.first_loop];
-            for (field, start) in fields.into_iter().zip(starts) {
-                let moved = field.get().checked_sub(from_index(start)?);
+        let starts = [self.first_face, from_index(wanted.links.start)?];
+        for page in &mut self.pages {
+            for (field, start) in [&mut page.first_face, &mut page.first_link].into_iter().zip(starts) {
+                let moved = field.get().checked_sub(start);
                 *field =
                     moved.ok_or_else(|| broken("section PAGE", "a page begins before its chunk"))?.into();
             }
@@ -325,53 +198,255 @@ impl Chunk {
 
     fn number_tops(&mut self, wanted: &Wanted) -> Result<(), Broken> {
         let lost = || broken("section TOPN", "a top node leaves the chunk");
-        let starts = (from_index(wanted.tops.start)?, from_index(wanted.pages.start)?);
-        let first_face = from_index(wanted.faces.start)?;
+        let (first_top, first_page) = (from_index(wanted.tops.start)?, self.first_page);
         let child = |name: u32| {
             if name & PAGE_BIT == 0 {
-                name.checked_sub(starts.0)
+                name.checked_sub(first_top)
             } else {
-                (name & !PAGE_BIT).checked_sub(starts.1).map(|page| page | PAGE_BIT)
+                (name & !PAGE_BIT).checked_sub(first_page).map(|page| page | PAGE_BIT)
             }
         };
-        let old = std::mem::take(&mut self.runs.top_loops);
-        let mut loops = Vec::new();
-        let mut scratch = Loops::default();
-        let mut tops = std::mem::take(&mut self.runs.tops);
-        for (index, top) in tops.iter_mut().enumerate() {
+        let first_loop = from_index(wanted.top_loops.start)?;
+        for top in &mut self.tops {
             top.left = child(top.left.get()).ok_or_else(lost)?.into();
             top.right = child(top.right.get()).ok_or_else(lost)?.into();
-            top.first_face = top.first_face.get().checked_sub(first_face).ok_or_else(lost)?.into();
-            let bytes = [top.loop_start, top.loop_end]
-                .map(|at| to_index(at.get()).and_then(|at| at.checked_sub(wanted.top_loops.start)));
-            let [Some(start), Some(end)] = bytes else { return Err(lost()) };
-            top.loop_start = from_index(loops.len())?.into();
-            // The root is drawn from the crown.
-            if index > 0 {
-                scratch.clear();
-                old.get(start..end).and_then(|bytes| read_top(bytes, &mut scratch)).ok_or_else(lost)?;
-                for vertex in &mut scratch.vertices {
-                    *vertex = self.local(*vertex).ok_or_else(lost)?;
-                }
-                for end in &scratch.ends {
-                    if let Some(last) = end.checked_sub(1).and_then(|last| scratch.vertices.get_mut(last)) {
-                        *last |= LOOP_END;
-                    }
-                }
-                encode_top(&scratch.vertices, &mut loops);
+            for (field, start) in [
+                (&mut top.first_face, self.first_face),
+                (&mut top.loop_start, first_loop),
+                (&mut top.loop_end, first_loop),
+            ] {
+                *field = field.get().checked_sub(start).ok_or_else(lost)?.into();
             }
-            top.loop_end = from_index(loops.len())?.into();
         }
-        loops.shrink_to_fit();
-        (self.runs.tops, self.runs.top_loops) = (tops, loops);
         Ok(())
+    }
+
+    /// Takes the part of section `CHTP` apart.
+    fn take_copies(&mut self, copies: &[u8], [normals, colors]: [bool; 2]) -> Result<(), Broken> {
+        let short = || broken("section CHTP", "it does not hold what belongs to the chunk's pages");
+        let mut rest = copies;
+        let nodes = self.pages.iter().filter(|page| page.faces > 1).count();
+        let mut nodes = take::<NodeRecord>(&mut rest, nodes).ok_or_else(short)?.iter();
+        let all_loops = rest;
+        self.roots.reserve_exact(self.pages.len());
+        for page in &self.pages {
+            let node = if page.faces > 1 { nodes.next().copied().ok_or_else(short)? } else { <_>::default() };
+            let (&corner, loops) = rest.split_first().ok_or_else(short)?;
+            let start = all_loops.len().saturating_sub(loops.len());
+            let end = read_stored(loops, |_| {}).ok_or_else(short)?;
+            rest = loops.get(end..).ok_or_else(short)?;
+            self.roots.push(PageRoot { node, loops: from_index(start)?, corner });
+        }
+        let end = all_loops.len().saturating_sub(rest.len());
+        self.root_loops = all_loops.get(..end).ok_or_else(short)?.to_vec();
+        let count = read_varint(&mut rest).and_then(to_index).ok_or_else(short)?;
+        // Each takes a byte here, and more below.
+        if count > rest.len() {
+            return Err(short());
+        }
+        self.ids.reserve_exact(count);
+        let mut id = 0_u32;
+        for index in 0..count {
+            let step = read_varint(&mut rest).ok_or_else(short)?;
+            id = id.checked_add(step).filter(|id| *id < self.vertex_count).ok_or_else(short)?;
+            if index > 0 && step == 0 {
+                return Err(broken("section CHTP", "its vertices do not ascend"));
+            }
+            self.ids.push(id);
+        }
+        self.vertices = take(&mut rest, count).ok_or_else(short)?.to_vec();
+        self.normals = take(&mut rest, if normals { count } else { 0 }).ok_or_else(short)?.to_vec();
+        self.colors = take(&mut rest, if colors { count } else { 0 }).ok_or_else(short)?.to_vec();
+        if rest.is_empty() { Ok(()) } else { Err(short()) }
+    }
+
+    /// The subtree whose root is the chunk's, which is drawn from the crown.
+    pub fn root(&self) -> Subtree {
+        self.root
+    }
+
+    /// The node at the root of a subtree of the top, which may be a page's.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when there is no such node, or when the subtree is a single face.
+    pub fn node(&self, subtree: &Subtree) -> Result<Node, Error> {
+        match self.page_at(subtree) {
+            Some((index, page))
+                if subtree.face_count() > 1 && subtree.face_count() == u32::from(page.faces) =>
+            {
+                let root = self.roots.get(index).ok_or_else(|| self.lost(subtree))?;
+                Ok(Node::of_page(page, &root.node))
+            }
+            Some(_) => Err(self.lost(subtree)),
+            None => self.reader().node(subtree),
+        }
+    }
+
+    /// The two children of a top node, the left one first.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] when they are not where they must be, or when the subtree is a page.
+    pub fn children(&self, subtree: &Subtree) -> Result<[Subtree; 2], Error> {
+        self.reader().children(subtree)
+    }
+
+    /// The number in the file of the page that a subtree is; none if it is a top node's.
+    pub fn page(&self, subtree: &Subtree) -> Option<u32> {
+        let (index, _) = self.page_at(subtree)?;
+        self.first_page.checked_add(u32::try_from(index).ok()?)
+    }
+
+    /// The pages, by their numbers in the file.
+    pub fn pages(&self) -> Range<u32> {
+        self.first_page..self.first_page.saturating_add(u32::try_from(self.pages.len()).unwrap_or(u32::MAX))
+    }
+
+    /// The boundary loops of a subtree of the top. None if they do not end or name vertices that are not there.
+    pub fn read_loops(&self, subtree: &Subtree, out: &mut Loops) -> Option<()> {
+        out.clear();
+        match subtree.place {
+            Place::Top { record } => {
+                let top = self.tops.get(to_index(record)?)?;
+                let range = to_index(top.loop_start.get())?..to_index(top.loop_end.get())?;
+                read_top(self.top_loops.get(range)?, out)?;
+            }
+            Place::Page { page, .. } => {
+                let index = to_index(page)?;
+                let bytes = self.root_loops.get(to_index(self.roots.get(index)?.loops)?..)?;
+                let mut is_known = true;
+                read_stored(bytes, |ring| {
+                    for local in ring {
+                        match self.name_of(index, *local) {
+                            Some(vertex) => out.vertices.push(vertex),
+                            None => is_known = false,
+                        }
+                    }
+                    out.close();
+                })?;
+                is_known.then_some(())?;
+            }
+        }
+        out.vertices.iter().all(|v| *v < self.vertex_count).then_some(())
+    }
+
+    /// The first corner of a subtree's first face.
+    pub fn corner(&self, subtree: &Subtree) -> Option<u32> {
+        let index = match subtree.place {
+            Place::Page { page, .. } => to_index(page)?,
+            Place::Top { .. } => {
+                self.pages.partition_point(|p| p.first_face.get() <= subtree.first_face).checked_sub(1)?
+            }
+        };
+        self.name_of(index, self.roots.get(index)?.corner)
+    }
+
+    /// The record of a top node, or what a page's root would have as one; loops and children mean nothing.
+    pub fn record(&self, subtree: &Subtree) -> Option<TopRecord> {
+        match subtree.place {
+            Place::Top { record } => self.tops.get(to_index(record)?).copied(),
+            Place::Page { .. } if subtree.face_count() == 1 => Some(TopRecord::of_face()),
+            Place::Page { .. } => self.node(subtree).ok().map(Node::to_top),
+        }
+    }
+
+    /// The place of a vertex among those of the top, if it is there.
+    pub fn find(&self, vertex: u32) -> Option<usize> {
+        self.ids.binary_search(&vertex).ok()
+    }
+
+    /// The names of the vertices of the top, which ascend.
+    pub fn ids(&self) -> &[u32] {
+        &self.ids
+    }
+
+    /// The records of those vertices.
+    pub fn vertices(&self) -> &[VertexRecord] {
+        &self.vertices
+    }
+
+    /// Their normals; empty if the file has none.
+    pub fn normals(&self) -> &[NormalRecord] {
+        &self.normals
+    }
+
+    /// Their colours; empty if the file has none.
+    pub fn colors(&self) -> &[[u8; 4]] {
+        &self.colors
+    }
+
+    /// Bytes of memory that it takes.
+    pub fn bytes(&self) -> u64 {
+        let bytes = [
+            self.tops.capacity().saturating_mul(size_of::<TopRecord>()),
+            self.top_loops.capacity(),
+            self.pages.capacity().saturating_mul(size_of::<PageRecord>()),
+            self.links.capacity().saturating_mul(size_of::<U32>()),
+            self.roots.capacity().saturating_mul(size_of::<PageRoot>()),
+            self.root_loops.capacity(),
+            self.ids.capacity().saturating_mul(size_of::<u32>()),
+            self.vertices.capacity().saturating_mul(size_of::<VertexRecord>()),
+            self.normals.capacity().saturating_mul(size_of::<NormalRecord>()),
+            self.colors.capacity().saturating_mul(size_of::<[u8; 4]>()),
+            size_of::<Self>(),
+        ];
+        bytes.into_iter().map(|n| u64::try_from(n).unwrap_or(u64::MAX)).fold(0, u64::saturating_add)
+    }
+
+    /// The first face of the chunk in the whole tree.
+    pub(super) fn first_face(&self) -> u32 {
+        self.first_face
+    }
+
+    /// The record of a page by its number in the file, with its links and its first face in the chunk.
+    pub(super) fn page_record(&self, page: u32) -> Option<(&PageRecord, &[U32])> {
+        let record = self.pages.get(to_index(page.checked_sub(self.first_page)?)?)?;
+        Some((record, self.links_of(record)?))
+    }
+
+    fn links_of(&self, page: &PageRecord) -> Option<&[U32]> {
+        let start = to_index(page.first_link.get())?;
+        self.links.get(start..start.checked_add(usize::from(page.links.get()))?)
+    }
+
+    /// What a page calls a vertex by a byte, by its name in the whole tree.
+    fn name_of(&self, page: usize, local: u8) -> Option<u32> {
+        let page = self.pages.get(page)?;
+        match u16::from(local).checked_sub(page.own_vertices.get()) {
+            None => page.first_vertex.get().checked_add(u32::from(local)),
+            Some(link) => self.links_of(page)?.get(usize::from(link)).map(|link| link.get()),
+        }
+    }
+
+    fn page_at(&self, subtree: &Subtree) -> Option<(usize, &PageRecord)> {
+        let Place::Page { page, .. } = subtree.place else { return None };
+        let index = to_index(page)?;
+        Some((index, self.pages.get(index)?))
+    }
+
+    fn reader(&self) -> Reader<'_> {
+        Reader {
+            tops: &self.tops,
+            top_loops: &self.top_loops,
+            top_corners: &[],
+            pages: &self.pages,
+            nodes: &[],
+            faces: &[],
+            links: &[],
+            loops: &[],
+            vertices: &[],
+            path: &self.path,
+        }
+    }
+
+    fn lost(&self, subtree: &Subtree) -> Error {
+        broken(&subtree.to_string(), "the chunk has no such node").at(&self.path)
     }
 }
 
-fn from_index(index: usize) -> Result<u32, Broken> {
-    u32::try_from(index).map_err(|_too_large| broken("section CRWN", "a chunk is too large"))
+pub(super) fn from_index(index: usize) -> Result<u32, Broken> {
+    u32::try_from(index).map_err(|_too_large| broken("section CRPG", "a chunk is too large"))
 }
 
-fn broken(place: &str, found: &str) -> Broken {
+pub(super) fn broken(place: &str, found: &str) -> Broken {
     Violation::new(Rule::Chunk, place.to_owned(), found.to_owned())
 }

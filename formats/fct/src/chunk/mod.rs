@@ -1,16 +1,22 @@
 //! Parts of a tree that can be read alone, so that a file larger than the memory can be drawn.
 //!
-//! A *chunk* is a subtree of at most so many faces. All its records are runs of their sections, and what its pages'
-//! links name outside it, its *kin*, is copied to section `KINS`: so a chunk is read without any other. The nodes above
-//! the chunks and the roots of the chunks are the *crown*. They are copied to section `CRWN`, with their loops and with
-//! the vertices that may be drawn when they are, and are small enough to stay in memory.
+//! There are three storeys:
+//!
+//! - The *crown* are the nodes above the chunks and the roots of the chunks, copied to section `CRPG` with their loops
+//!   and with the vertices that may be drawn when they are. It is small enough to stay in memory.
+//! - A *chunk* is a subtree of at most so many faces. What is read of it first is its *top*: its top nodes and pages, and
+//!   in section `CHTP` copies of its pages' roots and of the vertices that may be drawn with those and with its top nodes.
+//! - A *page* is read if a view goes down into it: its nodes, faces and loops, its own vertices, and for its links the
+//!   vertices of other pages, which are read without the rest of them.
 //!
 //! [`ChunkData`] makes both sections, [`ChunkFile`] reads a file by them.
 
 mod build;
+mod copies;
 mod crown;
 mod file;
 mod load;
+mod page;
 mod patch;
 
 pub use build::ChunkData;
@@ -18,25 +24,21 @@ pub(crate) use build::{Source, build};
 pub use crown::{Crown, CrownChild};
 pub use file::{ChunkFile, ReadAt};
 pub use load::Chunk;
+pub use page::{ChunkPage, OwnVertices, VertexRun};
 pub use patch::Patch;
 
 use zerocopy::little_endian::{U32, U64};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
-use crate::records::TopRecord;
+use crate::records::{TopRecord, VertexRecord};
 
 /// The most faces of a chunk that [`ChunkData::new`] makes.
 ///
-/// More: fewer, longer reads, fewer copies, and a view reads more that it does not draw. Less: a larger crown.
-/// At 4096 a chunk takes some 100 KB, the crown 1.7 % of the file, and crown and copies 2.2 bytes a face.
-pub const CHUNK_FACES: u32 = 4096;
+/// More: fewer, longer reads, a smaller crown and file, and a view reads more tops of which it draws little.
+/// At 8192 the top of a chunk takes some 20 KB, the crown 1 % of the file.
+pub const CHUNK_FACES: u32 = 8192;
 
-/// A vertex is in the crown if its bound or budget key is at least this part of that of a crown node on whose loops it
-/// lies. Whatever is drawn in the right size shows no others, but where a view is much nearer to the vertex than to
-/// the node.
-pub(crate) const CROWN_SHARE: f32 = 0.5;
-
-/// What section `CRWN` begins with. 32 bytes.
+/// What section `CRPG` begins with. 32 bytes.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned,
 )]
@@ -53,13 +55,13 @@ pub(crate) struct CrownHead {
     pub(crate) reserved: [U32; 3],
 }
 
-/// A chunk. 52 bytes. Each run but that of the top nodes' loops ends where that of the next chunk begins.
+/// A chunk. 36 bytes. Each run but those of the top nodes ends where that of the next chunk begins.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned,
 )]
 #[repr(C)]
 pub(crate) struct ChunkRecord {
-    /// XXH3-64 of its runs, one after the other in the order of their sections, `KINS` last.
+    /// XXH3-64 of its runs of `TOPN`, `TOPL`, `PAGE`, `LINK` and `CHTP`, one after the other.
     pub(crate) hash: U64,
     /// Its root: a [`crate::ChildRef`].
     pub(crate) root: U32,
@@ -69,13 +71,23 @@ pub(crate) struct ChunkRecord {
     pub(crate) top_loop: U32,
     pub(crate) top_loop_bytes: U32,
     pub(crate) page: U32,
-    pub(crate) face: U32,
-    pub(crate) page_loop: U32,
     pub(crate) link: U32,
-    pub(crate) vertex: U32,
-    /// The first of its kin, counted through all chunks.
-    pub(crate) kin: U32,
-    pub(crate) reserved: U32,
+    /// Its first byte of section `CHTP`.
+    pub(crate) copies: U32,
+}
+
+/// What is known of every page while the file is open. 20 bytes.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned,
+)]
+#[repr(C)]
+pub(crate) struct PageEntry {
+    /// XXH3-64 of its runs of `NODE`, `FACE` and `LOOP`, one after the other.
+    pub(crate) hash: U64,
+    /// XXH3-64 of the runs of its own vertices in `VERT`, `NORM` and `COLR`, one after the other.
+    pub(crate) vertex_hash: U64,
+    /// As in its [`crate::PageRecord`].
+    pub(crate) first_vertex: U32,
 }
 
 /// A node of the crown. 72 bytes.
@@ -90,5 +102,12 @@ pub(crate) struct CrownRecord {
 }
 
 const _: () = assert!(size_of::<CrownHead>() == 32);
-const _: () = assert!(size_of::<ChunkRecord>() == 52);
+const _: () = assert!(size_of::<ChunkRecord>() == 36);
+const _: () = assert!(size_of::<PageEntry>() == 20);
 const _: () = assert!(size_of::<CrownRecord>() == 72);
+
+/// Whether a vertex on the loops of a node is copied to where the node is drawn from: if either of its keys is at least
+/// the node's. What is drawn in the right size shows no others, unless they are needed by a page that is read.
+pub(crate) fn belongs(record: &VertexRecord, [bound, budget]: [f32; 2]) -> bool {
+    record.bound() >= bound || record.budget() >= budget
+}

@@ -1,11 +1,10 @@
-//! Nodes of the crown, made ready to be drawn with the vertices that are at hand.
+//! Nodes of the crown and of chunks' tops, made ready to be drawn with the vertices that are at hand.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use zerocopy::little_endian::U32;
 
-use super::Crown;
 use crate::child::ChildRef;
 use crate::loops::Loops;
 use crate::pack::encode_top;
@@ -13,7 +12,7 @@ use crate::records::{LOOP_END, TopRecord, VertexRecord};
 use crate::subtree::{Place, Subtree};
 use crate::walk::Reader;
 
-/// Some nodes of a crown with vertices of their own; reuse it to keep its memory.
+/// Some nodes with vertices of their own; reuse it to keep its memory.
 ///
 /// Which vertices stand on the loops is for the caller to say: all nodes must see the same.
 #[derive(Debug, Default)]
@@ -24,7 +23,7 @@ pub struct Patch {
     vertices: Vec<VertexRecord>,
     ids: Vec<u32>,
     numbers: HashMap<u32, u32>,
-    scratch: Loops,
+    entries: Vec<u32>,
 }
 
 impl Patch {
@@ -40,35 +39,34 @@ impl Patch {
 
     /// Adds a node with those vertices of its loops for which there is a record, and says how to draw it.
     ///
-    /// None if the crown does not have the node, or its loops are broken.
+    /// `top` is its record, of which loops and children mean nothing, and `corner` the first corner of its first face.
+    /// None if there is no record of that.
     pub fn push(
         &mut self,
-        crown: &Crown,
-        node: u32,
+        mut top: TopRecord,
+        loops: &Loops,
+        (corner, stored): (u32, VertexRecord),
         mut record: impl FnMut(u32) -> Option<VertexRecord>,
     ) -> Option<Subtree> {
-        let mut top = crown.record(node)?.top;
-        let mut loops = std::mem::take(&mut self.scratch);
-        let read = crown.read_loops(node, &mut loops);
         top.loop_start = u32::try_from(self.loops.len()).ok()?.into();
-        let mut entries = Vec::new();
+        self.entries.clear();
         for ring in loops.iter() {
-            let start = entries.len();
-            entries.extend(ring.iter().filter_map(|id| self.number(*id, &mut record)));
+            let start = self.entries.len();
+            for id in ring {
+                if let Some(number) = self.number(*id, &mut record) {
+                    self.entries.push(number);
+                }
+            }
             // One of fewer than two vertices is no loop.
-            if entries.len() < start.saturating_add(2) {
-                entries.truncate(start);
-            } else if let Some(last) = entries.last_mut() {
+            if self.entries.len() < start.saturating_add(2) {
+                self.entries.truncate(start);
+            } else if let Some(last) = self.entries.last_mut() {
                 *last |= LOOP_END;
             }
         }
-        self.scratch = loops;
-        read?;
-        encode_top(&entries, &mut self.loops);
+        encode_top(&self.entries, &mut self.loops);
         top.loop_end = u32::try_from(self.loops.len()).ok()?.into();
-        let (corner, place) = crown.corner(node)?;
-        let stored = crown.vertices().get(place).copied();
-        let corner = self.number(corner, |_| stored)?;
+        let corner = self.number(corner, |_| Some(stored))?;
         let index = u32::try_from(self.tops.len()).ok()?;
         self.corners.push(corner.into());
         self.tops.push(top);

@@ -119,17 +119,18 @@ fn encode(entries: &[u32], names: &Names<'_>, bytes: &mut Vec<u8>) -> Option<()>
 pub(crate) fn encode_top(entries: &[u32], out: &mut Vec<u8>) {
     let mut before = 0_u32;
     for ring in entries.split_inclusive(|v| v & LOOP_END != 0) {
-        write_varint(ring.len() as u32, out);
+        push_varint(ring.len() as u32, out);
         for vertex in ring {
             let vertex = vertex & !LOOP_END;
             let step = if vertex >= before { (vertex - before) << 1 } else { (before - vertex) << 1 | 1 };
-            write_varint(step, out);
+            push_varint(step, out);
             before = vertex;
         }
     }
 }
 
-fn write_varint(mut value: u32, out: &mut Vec<u8>) {
+/// Appends a number in groups of seven bits, the lowest first, with the top bit set in all bytes but the last.
+pub(crate) fn push_varint(mut value: u32, out: &mut Vec<u8>) {
     while value >= 0x80 {
         out.push((value & 0x7F) as u8 | 0x80);
         value >>= 7;

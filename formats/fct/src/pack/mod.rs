@@ -26,7 +26,7 @@ mod spheres;
 mod top;
 mod vertex;
 
-pub(crate) use loops::encode_top;
+pub(crate) use loops::{encode_top, push_varint};
 pub use plain::PlainClusters;
 pub use plan::Plan;
 

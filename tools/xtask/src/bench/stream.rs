@@ -5,8 +5,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use fcextract::{ChunkCache, Extraction, Order, Part, Selection, Stats, Streamed, extract};
-use fct::{ChunkFile, Tree};
+use std::collections::BTreeSet;
+
+use fcextract::{ChunkCache, Extraction, Order, Part, Piece, Selection, Stats, Streamed, extract};
+use fct::{Chunk, ChunkFile, OwnVertices, Tree, VertexRun};
 use glam::DVec3;
 
 use super::builder::Builder;
@@ -27,15 +29,15 @@ Examples:
   cargo xtask bench stream --append my-laptop      keep the figures
 
 An eye goes around the mesh, near its surface, in small steps and in jumps.
-A frame is drawn from the chunks that are in memory, then what was missing is read, as the
-background thread does between frames. Counted a frame, in the mean:
-  chunks     that the view goes into
-  pages      bytes of those chunks over the bytes of the pages that hold what is drawn, and of the
-             nodes above it: what is read in excess because chunks are read whole
-  faults     chunks that were missing when the frame was drawn
+A frame is drawn from the chunks and pages that are in memory, then what was missing is read, as
+the background thread does between frames. Counted a frame, in the mean:
+  chunks     that the view goes into, and their pages that it goes into
+  pages      bytes of the tops of those chunks, of those pages and of vertices that these use of
+             others, over the bytes of the pages that hold what is drawn and the nodes above it
+  faults     chunks and pages that were missing when the frame was drawn
   reads, MB  of the file, what is read ahead included
   drawn      triangles of the first picture over those of the exact one
-  still      chunks that are missing after that, for want of room
+  still      chunks and pages that are missing after that, for want of room
 
 It fails when an answer is wrong: more memory than the budget, or a picture with nothing missing
 that has other clusters than that of the whole tree. A figure that is only missed is marked.";
@@ -101,7 +103,8 @@ impl Way {
 #[derive(Clone, Debug, Default)]
 struct Sums {
     chunks: u64,
-    chunk_bytes: f64,
+    pages: u64,
+    needed_bytes: f64,
     page_bytes: f64,
     faults: u64,
     reads: u64,
@@ -125,6 +128,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Box<dyn Error>> {
         "crown",
         "way",
         "chunks",
+        "their pages",
         "MB in view",
         "pages",
         "faults",
@@ -182,7 +186,7 @@ fn measure(
         }
         let frame = |sum: f64| three(sum / FRAMES as f64);
         let mega = |bytes: f64| three(bytes * 1e-6);
-        let ratio = sums.chunk_bytes / sums.page_bytes.max(1.0);
+        let ratio = sums.needed_bytes / sums.page_bytes.max(1.0);
         let mut missed = Vec::new();
         if ratio > targets::PAGES {
             missed.push(format!("pages > {}", targets::PAGES));
@@ -196,7 +200,8 @@ fn measure(
             share,
             way.name().to_owned(),
             frame(sums.chunks as f64),
-            frame(sums.chunk_bytes * 1e-6),
+            frame(sums.pages as f64),
+            frame(sums.needed_bytes * 1e-6),
             three(ratio),
             frame(sums.faults as f64),
             frame(sums.reads as f64),
@@ -216,7 +221,7 @@ fn measure(
                 mega(bytes as f64),
                 args.chunk_faces.map_or_else(String::new, |n| format!(", chunks of {n} faces"))
             ),
-            value: format!("{} : {} : {} : {}", cells[5], cells[8], cells[10], cells[7]),
+            value: format!("{} : {} : {} : {}", cells[5], cells[9], cells[11], cells[8]),
             unit: "count, MB",
             how: format!(
                 "cargo xtask bench stream; {FRAMES} frames at {} pixels, {drawn} of the triangles at once, crown {} of the file",
@@ -237,7 +242,7 @@ fn walk(
     wrong: &mut Vec<String>,
 ) -> Result<Sums, Box<dyn Error>> {
     let page_bytes = bytes_of_pages(tree);
-    let sizes = bytes_of_chunks(all.file())?;
+    let sizes = Sizes::of_file(all.file())?;
     let mut sums = Sums::default();
     let (mut mesh, mut whole) = (Streamed::default(), Extraction::default());
     for frame in 0..FRAMES {
@@ -254,14 +259,8 @@ fn walk(
         sums.reads += after.reads - before.reads;
         sums.bytes_read += after.bytes_read - before.bytes_read;
 
-        // Which chunks are needed does not depend on which are there.
-        let needed: Vec<u32> = mesh.entered.iter().chain(&mesh.missing).map(|wish| wish.chunk).collect();
-        sums.chunks += needed.len() as u64;
-        sums.chunk_bytes += needed.iter().filter_map(|c| sizes.get(*c as usize)).sum::<u64>() as f64;
         sums.page_bytes += pages_of(tree, &selection)? as f64 * page_bytes;
         let there = cache.resident();
-        sums.still_missing +=
-            needed.iter().filter(|chunk| there.binary_search(chunk).is_err()).count() as u64;
 
         extract(tree, &selection, &mut whole)?;
         sums.exact += whole.stats.triangles;
@@ -274,6 +273,14 @@ fn walk(
                 whole.stats.clusters
             ));
         }
+        // Nothing is missing there, so that it enters all that the view needs.
+        let needed: Vec<Piece> = mesh.entered.iter().map(|wish| wish.piece).collect();
+        let chunks = needed.iter().filter(|piece| matches!(piece, Piece::Chunk(_))).count();
+        sums.chunks += chunks as u64;
+        sums.pages += (needed.len() - chunks) as u64;
+        sums.needed_bytes += sizes.of(&needed) as f64;
+        sums.still_missing +=
+            needed.iter().filter(|piece| there.binary_search(piece).is_err()).count() as u64;
     }
     Ok(sums)
 }
@@ -307,16 +314,66 @@ fn pages_of(tree: &Tree, selection: &Selection) -> Result<u64, Box<dyn Error>> {
     Ok(pages)
 }
 
-/// The bytes that are read for each chunk.
-fn bytes_of_chunks(file: &ChunkFile) -> Result<Vec<u64>, Box<dyn Error>> {
-    let mut sizes = Vec::new();
-    for chunk in 0..file.crown().chunk_count() {
-        let [_, before] = file.reads();
-        file.load(chunk)?;
-        let [_, after] = file.reads();
-        sizes.push(after - before);
+/// The bytes that are read for each part of a file.
+#[derive(Default)]
+struct Sizes {
+    /// Tops of chunks.
+    chunks: Vec<u64>,
+    /// Pages but for their vertices.
+    pages: Vec<u64>,
+    /// The vertices of each page.
+    runs: Vec<u64>,
+    /// The pages whose vertices each page uses.
+    owners: Vec<Vec<u32>>,
+}
+
+impl Sizes {
+    /// Reads all of a file, and counts.
+    fn of_file(file: &ChunkFile) -> Result<Sizes, Box<dyn Error>> {
+        fn counted<T>(
+            file: &ChunkFile,
+            read: impl FnOnce() -> Result<T, fct::Error>,
+        ) -> Result<(T, u64), fct::Error> {
+            let [_, before] = file.reads();
+            let it = read()?;
+            let [_, after] = file.reads();
+            Ok((it, after - before))
+        }
+        let mut sizes = Sizes::default();
+        for number in 0..file.crown().chunk_count() {
+            let (chunk, bytes): (Chunk, u64) = counted(file, || file.load(number))?;
+            sizes.chunks.push(bytes);
+            for page in chunk.pages() {
+                let owners = file.runs_of(&chunk, page).ok_or("a page without its vertices")?;
+                let runs: Vec<VertexRun> =
+                    owners.iter().map(|owner| file.load_run(*owner)).collect::<Result<_, _>>()?;
+                let own: Vec<OwnVertices<'_>> = runs.iter().map(VertexRun::own).collect();
+                let (_, bytes) = counted(file, || file.load_page(&chunk, page, &own))?;
+                sizes.pages.push(bytes);
+                let (_, bytes) = counted(file, || file.load_run(page))?;
+                sizes.runs.push(bytes);
+                sizes.owners.push(owners);
+            }
+        }
+        Ok(sizes)
     }
-    Ok(sizes)
+
+    /// What is read for some pieces, if nothing is there: vertices that several pages use once.
+    fn of(&self, pieces: &[Piece]) -> u64 {
+        let at = |sizes: &[u64], index: u32| sizes.get(index as usize).copied().unwrap_or(0);
+        let mut bytes = 0;
+        let mut runs = BTreeSet::new();
+        for piece in pieces {
+            match *piece {
+                Piece::Chunk(chunk) => bytes += at(&self.chunks, chunk),
+                Piece::Page(page) => {
+                    bytes += at(&self.pages, page);
+                    runs.extend(self.owners.get(page as usize).into_iter().flatten().copied());
+                }
+            }
+        }
+        bytes + runs.into_iter().map(|page| at(&self.runs, page)).sum::<u64>()
+    }
 }
 
 /// Bytes of a page in the sections that chunks are made of, in the mean.
