@@ -413,15 +413,17 @@ fn pieces_go_that_were_used_longest_ago() {
         let after = cache.resident();
         let entered: Vec<Piece> = out.entered.iter().map(|wish| wish.piece).collect();
         assert!(out.missing.is_empty() && entered.iter().all(|piece| after.contains(piece)));
+        // What is close counts as used.
+        let now: Vec<Piece> =
+            entered.iter().copied().chain(out.close.iter().map(|wish| wish.piece)).collect();
         let last = |piece: &Piece| used.get(piece).copied().unwrap_or(0);
-        let kept = before.iter().filter(|c| after.contains(c) && !entered.contains(c));
+        let kept = before.iter().filter(|c| after.contains(c) && !now.contains(c));
         let oldest_kept = kept.map(last).min().unwrap_or(frame);
         for piece in before.iter().filter(|piece| !after.contains(piece)) {
             assert!(last(piece) <= oldest_kept, "{piece:?} went, and others stay from frame {oldest_kept}");
             gone += 1;
         }
-        // What is close counts as used.
-        for piece in entered.into_iter().chain(out.close.iter().map(|wish| wish.piece)) {
+        for piece in now {
             used.insert(piece, frame);
         }
     }

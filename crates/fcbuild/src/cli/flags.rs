@@ -48,7 +48,7 @@ pub(crate) struct Flags {
     /// Refuse before the long work what would need more, such as 800M or 6GiB [default: 75 % of what the machine or its control group has]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
     pub(crate) max_memory: Option<Size>,
-    /// Faces, at most, of a part that can be read alone where a file is larger than the memory, from 256 on: with fewer a view reads less, and the file is larger
+    /// Faces, at most, of a part that can be read alone where a file is larger than the memory, from 256 on: with fewer a coarse view reads less, and the file is larger
     #[arg(long, value_name = "N", default_value_t = fct::CHUNK_FACES, value_parser = clap::value_parser!(u32).range(LEAST_CHUNK..=MOST_CHUNK), allow_negative_numbers = true)]
     pub(crate) chunk_faces: u32,
     /// Replace existing outputs, if they are trees and reports

@@ -5,6 +5,7 @@ use zerocopy::IntoBytes;
 use super::belongs;
 use super::build::{Source, append_vertices, broken, count, vertex_of};
 use crate::loops::{Loops, MORE_LOOPS, NO_LOOPS};
+use crate::outline::stores_loops;
 use crate::pack::push_varint;
 use crate::subtree::{Place, Subtree};
 use crate::walk::{Broken, Reader};
@@ -17,11 +18,13 @@ pub(super) fn of_chunk(source: &Source<'_>, chunk: &Subtree) -> Result<Vec<u8>, 
     let mut stack = vec![*chunk];
     while let Some(subtree) = stack.pop() {
         if let Place::Page { page, record, .. } = subtree.place {
+            let mut stored = false;
             if subtree.face_count() > 1 {
                 let (_, node) = reader.page_node(page, record, &subtree)?;
                 out.extend_from_slice(node.as_bytes());
+                stored = stores_loops(node, subtree.face_count());
             }
-            append_root(reader, &subtree, &mut roots)?;
+            append_root(reader, &subtree, stored, &mut roots)?;
             vertices.push(reader.corner_of(&subtree)?);
         } else {
             let [left, right] = reader.split(&subtree)?;
@@ -62,7 +65,15 @@ pub(super) fn of_chunk(source: &Source<'_>, chunk: &Subtree) -> Result<Vec<u8>, 
 }
 
 /// Appends the first corner of a page's first face and the loops of its root, as local indices.
-fn append_root(reader: &Reader<'_>, subtree: &Subtree, out: &mut Vec<u8>) -> Result<(), Broken> {
+///
+/// Loops that are stored are copied; those that follow from faces, which meet no vertex twice, begin with their lowest
+/// vertex and stand in the order of those.
+fn append_root(
+    reader: &Reader<'_>,
+    subtree: &Subtree,
+    stored: bool,
+    out: &mut Vec<u8>,
+) -> Result<(), Broken> {
     let lost = || broken(subtree.to_string());
     let (page, root) = reader.page(subtree).ok_or_else(lost)?;
     let face = page.first_face(&root).ok_or_else(lost)?;
@@ -73,6 +84,14 @@ fn append_root(reader: &Reader<'_>, subtree: &Subtree, out: &mut Vec<u8>) -> Res
         rings.push(face.to_vec());
     } else {
         page.rings(&root, |ring| rings.push(ring.to_vec())).ok_or_else(lost)?;
+    }
+    if !stored {
+        for ring in &mut rings {
+            let lowest = ring.iter().enumerate().min_by_key(|(_, vertex)| **vertex);
+            let start = lowest.map_or(0, |(at, _)| at);
+            ring.rotate_left(start);
+        }
+        rings.sort_unstable();
     }
     if rings.is_empty() {
         out.push(NO_LOOPS);

@@ -106,7 +106,7 @@ pub(crate) const FRAME: f64 = 100.0;
 /// Least gain of two threads, on meshes from [`LARGE`] faces on.
 pub(crate) const GAIN: f64 = 1.7;
 
-/// Bytes of the chunks that a view reads over the bytes of the pages that hold what it draws.
+/// Bytes that a view reads of a file in parts over the bytes of the pages that hold what it draws.
 pub(crate) const PAGES: f64 = 1.5;
 
 /// Largest ratio of nanoseconds a triangle between a walk in jumps and one in steps.
