@@ -4,5 +4,6 @@ pub mod cracks;
 pub mod deviation;
 pub mod distance;
 pub mod meshes;
+pub mod parts;
 pub mod random;
 pub mod trees;
