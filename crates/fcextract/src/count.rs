@@ -1,5 +1,6 @@
 //! How many triangles a selection draws, without drawing them.
 
+use crate::criterion::Boundary;
 use crate::part::{Settled, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Selection, Shown, Stats};
@@ -30,6 +31,8 @@ pub(crate) struct Counter {
     corners: Vec<u32>,
     stitcher: Stitcher,
     drawn: Vec<u32>,
+    /// Vertices that were looked at so far.
+    pub(crate) looked_at: u64,
 }
 
 impl Counter {
@@ -100,11 +103,13 @@ impl Counter {
         node: &Node,
     ) -> Result<u64, Error> {
         reader.read_loops(subtree, &mut self.loops)?;
+        self.looked_at += self.loops.vertices.len() as u64;
+        let boundary = Boundary::of(selection, reader, node);
         self.corners.clear();
         let mut rings = 0;
         for ring in self.loops.iter() {
             let start = self.corners.len();
-            self.corners.extend(ring.iter().copied().filter(|v| selection.draws(reader, *v)));
+            self.corners.extend(ring.iter().copied().filter(|v| boundary.draws(*v)));
             if self.corners.len() < start + 3 {
                 self.corners.truncate(start);
             } else {

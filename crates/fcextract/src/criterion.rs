@@ -3,7 +3,7 @@
 use crate::extraction::Stats;
 use crate::part::{Settled, Sight};
 use crate::{Order, Perspective, Selection, Tolerance};
-use fct::{Branch, Page, ShortFloat, VertexRecord};
+use fct::{Branch, Node, Page, Reader, ShortFloat, VertexRecord};
 use glam::DVec3;
 
 /// Decides about nodes and vertices. A selection does; what decides as it does and sooner does too.
@@ -56,12 +56,16 @@ const EAGERNESS: f64 = 2e-5;
 impl<'a> Seen<'a> {
     /// What a selection comes to in a branch of a page, if it comes to that.
     pub(crate) fn of(selection: &'a Selection, page: &Page<'_>, root: &Branch) -> Option<Seen<'a>> {
+        Seen::below(selection, &page.node(root)?)
+    }
+
+    /// The same for a node, all below it and their boundaries.
+    pub(crate) fn below(selection: &'a Selection, node: &Node) -> Option<Seen<'a>> {
         let Tolerance::Perspective(view) = &selection.tolerance else { return None };
         // Beyond a right angle the square of a cosine grows again.
         if !selection.regions.is_empty() || !selection.extra.is_empty() || view.corner_cos < 0.0 {
             return None;
         }
-        let node = page.node(root)?;
         let center = DVec3::from_array(node.center.map(f64::from));
         let radius = f64::from(node.radius);
         Some(Seen {
@@ -71,6 +75,28 @@ impl<'a> Seen<'a> {
             drawn: least_over(view.at(center, radius) * (1.0 - ROUNDING)),
             small: least_over(radius),
             inactive: least_over(view.at(center, WIDER * radius) * (1.0 - ROUNDING - EAGERNESS)),
+        })
+    }
+}
+
+/// Decides about the vertices on the boundary of a node: most of a long one's are out of the question at a glance.
+pub(crate) struct Boundary<'a> {
+    records: &'a [VertexRecord],
+    selection: &'a Selection,
+    seen: Option<Seen<'a>>,
+}
+
+impl<'a> Boundary<'a> {
+    pub(crate) fn of(selection: &'a Selection, reader: &Reader<'a>, node: &Node) -> Boundary<'a> {
+        Boundary { records: reader.vertices(), selection, seen: Seen::below(selection, node) }
+    }
+
+    /// Whether the vertex of this index is drawn; not if there is none.
+    #[inline]
+    pub(crate) fn draws(&self, index: u32) -> bool {
+        self.records.get(index as usize).is_some_and(|vertex| match &self.seen {
+            Some(seen) => seen.activates(index, vertex),
+            None => self.selection.activates(index, vertex),
         })
     }
 }

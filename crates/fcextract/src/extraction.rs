@@ -7,6 +7,7 @@ use crate::stitch::Stitcher;
 use crate::{Error, Selection};
 use fcgeom::Sphere;
 use fct::{Child, Node, Reader, Subtree, Tree};
+use std::cell::Cell;
 
 /// A triangle mesh for one selection; reuse it to keep its memory.
 #[derive(Debug, Default)]
@@ -19,9 +20,20 @@ pub struct Extraction {
     pub batches: Vec<Batch>,
     /// What was visited, culled and drawn.
     pub stats: Stats,
+}
+
+/// What a mesh is made with: ten thousand bytes and more. A thread has one for all its meshes, since a view of many
+/// instances has a million of those at once.
+#[derive(Debug, Default)]
+struct Work {
     stack: Vec<Step>,
     stitcher: Stitcher,
     page: PageWalk,
+}
+
+thread_local! {
+    /// The thread's, while no mesh is made with it.
+    static WORK: Cell<Option<Box<Work>>> = const { Cell::new(None) };
 }
 
 /// Counts of one extraction.
@@ -98,16 +110,29 @@ impl Extraction {
         selection: &Selection,
         part: &Part,
     ) -> Result<(), Error> {
+        let mut work = WORK.take().unwrap_or_default();
+        let done = self.walk(&mut work, reader, selection, part);
+        WORK.set(Some(work));
+        done
+    }
+
+    fn walk(
+        &mut self,
+        work: &mut Work,
+        reader: &Reader<'_>,
+        selection: &Selection,
+        part: &Part,
+    ) -> Result<(), Error> {
         let first_index = self.indices.len() as u64;
-        self.stack.clear();
-        self.stack.push(Step::Visit { subtree: part.subtree, settled: part.settled });
-        while let Some(step) = self.stack.pop() {
+        work.stack.clear();
+        work.stack.push(Step::Visit { subtree: part.subtree, settled: part.settled });
+        while let Some(step) = work.stack.pop() {
             match step {
                 Step::Visit { subtree, settled } => {
                     // Left children are gone on with at once: half of the steps never wait.
                     let mut next = Some((subtree, settled));
                     while let Some((subtree, settled)) = next {
-                        next = self.visit(reader, selection, subtree, settled)?;
+                        next = self.visit(work, reader, selection, subtree, settled)?;
                     }
                 }
                 Step::Close { subtree, first_index, first_batch } => {
@@ -123,12 +148,13 @@ impl Extraction {
     /// Draws a subtree, leaves it out, or goes on with its left child, which is returned.
     fn visit(
         &mut self,
+        work: &mut Work,
         reader: &Reader<'_>,
         selection: &Selection,
         subtree: Subtree,
         settled: Settled,
     ) -> Result<Option<(Subtree, Settled)>, Error> {
-        if self.draw_page(reader, selection, &subtree, settled)? {
+        if self.draw_page(work, reader, selection, &subtree, settled)? {
             return Ok(None);
         }
         let first_index = self.next_index()?;
@@ -143,15 +169,15 @@ impl Extraction {
             Sight::Culled => return Ok(None),
             Sight::Refined { settled } => {
                 let [left, right] = reader.children(&subtree)?;
-                self.stack.push(Step::Close { subtree, first_index, first_batch: self.batches.len() });
-                self.stack.push(Step::Visit { subtree: right, settled });
+                work.stack.push(Step::Close { subtree, first_index, first_batch: self.batches.len() });
+                work.stack.push(Step::Visit { subtree: right, settled });
                 return Ok(Some((left, settled)));
             }
             Sight::Drawn => {}
         }
         self.begin_cluster(first_index);
         self.stats.bound = self.stats.bound.max(node.bound);
-        self.stats.folded += self.stitcher.draw(reader, selection, &subtree, &node, &mut self.indices)?;
+        self.stats.folded += work.stitcher.draw(reader, selection, &subtree, &node, &mut self.indices)?;
         let added = self.indices.len() as u64 - u64::from(first_index);
         let count = u32::try_from(added).map_err(|_overflow| Error::TooManyTriangles)?;
         if count > 0 {
@@ -167,6 +193,7 @@ impl Extraction {
     /// Draws a subtree of a sound page; false if it is none, and then nothing is drawn.
     fn draw_page(
         &mut self,
+        work: &mut Work,
         reader: &Reader<'_>,
         selection: &Selection,
         subtree: &Subtree,
@@ -179,7 +206,7 @@ impl Extraction {
             batches: &mut self.batches,
             stats: &mut self.stats,
         };
-        let drawn = self.page.draw(reader, selection, &mut self.stitcher, subtree, settled, &mut mesh)?;
+        let drawn = work.page.draw(reader, selection, &mut work.stitcher, subtree, settled, &mut mesh)?;
         if !drawn {
             self.indices.truncate(before.0);
             self.clusters.truncate(before.1);

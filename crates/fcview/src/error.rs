@@ -130,6 +130,14 @@ pub enum Error {
         /// Bytes that would be enough to draw something.
         least: u64,
     },
+    /// The system gives no thread to draw on.
+    #[error(
+        "no thread can be started: {source}; end other programs, or raise the limit on processes (ulimit -u)"
+    )]
+    NoThread {
+        /// The system's words.
+        source: std::io::Error,
+    },
     /// The camera's numbers make no view.
     #[error("the camera makes no view: {reason}")]
     Camera {
@@ -306,7 +314,10 @@ impl Error {
             | Error::Device { .. }
             | Error::Timeout { .. }
             | Error::NoWindow { .. } => 6,
-            Error::PictureSize { .. } | Error::BufferSize { .. } | Error::GpuMemory { .. } => 5,
+            Error::PictureSize { .. }
+            | Error::BufferSize { .. }
+            | Error::GpuMemory { .. }
+            | Error::NoThread { .. } => 5,
             Error::Camera { .. } | Error::SameFile { .. } | Error::Output { .. } => 2,
             Error::Bug => 1,
             Error::Interrupted { exit, .. } => *exit,
@@ -343,6 +354,7 @@ impl Error {
             Error::Folder { .. } | Error::Place(_) => "FC423",
             Error::NotAFile { .. } => "FC473",
             Error::NotStats { .. } => "FC474",
+            Error::NoThread { .. } => "FC507",
             Error::PictureSize { .. } => "FC521",
             Error::BufferSize { .. } => "FC522",
             Error::Extract {

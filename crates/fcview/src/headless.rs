@@ -15,6 +15,8 @@ use crate::{Error, FrameStats, Gpu, Survivor};
 use fct::{counted, grouped};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// What a run did.
@@ -47,17 +49,41 @@ pub fn open_scene(cli: &Cli) -> Result<Scene, Error> {
 /// # Errors
 /// Any [`Error`]; a lost device is rebuilt up to three times first.
 pub fn run(cli: &Cli) -> Result<Outcome, Error> {
-    run_watched(cli, &mut |_| None)
+    run_watched(cli, &Watch::default(), &mut |_| ())
 }
 
-/// The same; `watch` is told of the number of frames that are done, before each and after the last, and may end the run
-/// with an exit code.
+/// How far a run is, for a thread that waits for its end and may have to end the process before.
+#[derive(Debug, Default)]
+pub struct Watch {
+    frames: AtomicU32,
+    /// Held while a file is written.
+    writing: Mutex<()>,
+}
+
+impl Watch {
+    /// How many frames are done.
+    pub fn frames(&self) -> u32 {
+        self.frames.load(Ordering::Relaxed)
+    }
+
+    /// Waits until no file is being written; none is begun as long as the guard lives. A process that ends meanwhile
+    /// leaves files that are whole, and no temporary.
+    pub fn between_files(&self) -> MutexGuard<'_, ()> {
+        // Who panicked while writing has removed its temporary.
+        self.writing.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The same; `tell` is told of the number of frames that are done, before each and after the last, and so is `watch`.
 ///
 /// # Errors
-/// As [`run`], and [`Error::Interrupted`].
-pub fn run_watched(cli: &Cli, watch: &mut dyn FnMut(u32) -> Option<u8>) -> Result<Outcome, Error> {
+/// As [`run`].
+pub fn run_watched(cli: &Cli, watch: &Watch, tell: &mut dyn FnMut(u32)) -> Result<Outcome, Error> {
     let start = Instant::now();
-    outputs::check(cli)?;
+    {
+        let _no_end = watch.between_files();
+        outputs::check(cli)?;
+    }
     let scene = open_scene(cli)?;
     let hollow = hollow_warning(cli, &scene);
     let way = Way::new(cli, &scene)?;
@@ -72,12 +98,12 @@ pub fn run_watched(cli: &Cli, watch: &mut dyn FnMut(u32) -> Option<u8>) -> Resul
     let mut frames: Vec<FrameStats> = Vec::with_capacity(cli.frames as usize);
     let mut written = Vec::new();
     let mut misfortune = Misfortune::new(cli);
-    let mut ask = |frames: u32| match watch(frames) {
-        Some(exit) => Err(Error::Interrupted { exit, frames, of: cli.frames }),
-        None => Ok(()),
+    let mut note = |frames: u32| {
+        watch.frames.store(frames, Ordering::Relaxed);
+        tell(frames);
     };
     for frame in 0..cli.frames {
-        ask(frame)?;
+        note(frame);
         let camera = way.camera(frame, cli.frames, cli.speed);
         let picture = outputs::picture_name(cli, frame);
         if let Some(steering) = &steering {
@@ -95,12 +121,13 @@ pub fn run_watched(cli: &Cli, watch: &mut dyn FnMut(u32) -> Option<u8>) -> Resul
         }
         frames.push(stats);
         if let (Some(name), Some(image)) = (picture, image) {
+            let _no_end = watch.between_files();
             image.write_png(&name)?;
             written.push(name);
         }
     }
 
-    ask(cli.frames)?;
+    note(cli.frames);
     let stats = RunStats {
         version: 2,
         generator: concat!("fcview ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -112,6 +139,7 @@ pub fn run_watched(cli: &Cli, watch: &mut dyn FnMut(u32) -> Option<u8>) -> Resul
         frames,
     };
     if let Some(name) = &cli.stats {
+        let _no_end = watch.between_files();
         outputs::write_json(name, &stats)?;
         written.push(name.clone());
     }

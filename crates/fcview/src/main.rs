@@ -3,13 +3,16 @@
 mod progress;
 
 use clap::Parser;
-use fct::{Interrupt, counted};
+use fct::{Interrupt, Stopped, counted};
+use fcview::Error;
 use fcview::cli::{Cli, said};
-use fcview::{Error, headless};
+use fcview::headless::{self, Watch};
 use progress::Progress;
 use std::io::Write;
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -38,12 +41,28 @@ fn main() -> ExitCode {
 
 fn run_headless(cli: &Cli) -> Result<(), Error> {
     let interrupt = Interrupt::watch();
-    let mut progress = Progress::new(cli.frames);
-    let outcome = headless::run_watched(cli, &mut |frames| {
-        progress.tell(frames);
-        interrupt.exit_code()
-    });
-    progress.clear();
+    let (watch, progress) = (Arc::new(Watch::default()), Arc::new(Mutex::new(Progress::new(cli.frames))));
+    let locked = |progress: &Mutex<Progress>, act: &dyn Fn(&mut Progress)| {
+        act(&mut progress.lock().unwrap_or_else(PoisonError::into_inner));
+    };
+    // A frame may take minutes: drawn on a thread of its own it ends with the process when a signal comes.
+    let done = {
+        let (cli, watch, progress) = (cli.clone(), Arc::clone(&watch), Arc::clone(&progress));
+        interrupt.wait_for(thread::Builder::new().name("frames".to_owned()), move || {
+            headless::run_watched(&cli, &watch, &mut |frames| locked(&progress, &|line| line.tell(frames)))
+        })
+    };
+    let outcome = match done {
+        Ok(outcome) => outcome,
+        Err(Stopped::BySignal(exit)) => {
+            // Held until the process ends.
+            std::mem::forget(watch.between_files());
+            Err(Error::Interrupted { exit, frames: watch.frames(), of: cli.frames })
+        }
+        Err(Stopped::NoThread(source)) => Err(Error::NoThread { source }),
+        Err(Stopped::Panicked) => Err(Error::Bug),
+    };
+    locked(&progress, &Progress::clear);
     let outcome = outcome?;
     if let Some(text) = &outcome.hollow {
         warn(text);

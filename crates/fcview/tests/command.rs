@@ -270,7 +270,7 @@ fn a_recorded_path_is_followed_from_its_first_key_to_its_last() {
     refused(&fcview(folder.path(), over), 2, &["error[FC101]", "an input"]);
 }
 
-/// A terminal's Ctrl-C between two frames ends the run with a message, and leaves whole pictures alone.
+/// A terminal's Ctrl-C ends the run with a message, and leaves whole pictures alone.
 #[cfg(unix)]
 #[test]
 fn a_signal_stops_a_long_run_and_leaves_no_temporary() {
@@ -295,6 +295,34 @@ fn a_signal_stops_a_long_run_and_leaves_no_temporary() {
     for entry in std::fs::read_dir(folder.path()).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         assert!(name == "torus.fct" || name.ends_with(".png") && !name.starts_with('.'), "{name}");
+    }
+}
+
+/// A frame of so many copies takes far longer than anybody waits who has pressed Ctrl-C.
+#[cfg(unix)]
+#[test]
+fn a_signal_stops_a_long_frame_at_once() {
+    use std::time::{Duration, Instant};
+    model::gpu();
+    let folder = folder();
+    for (signal, exit) in [("INT", 130), ("TERM", 143)] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
+        let words =
+            "torus.fct --headless --size 64x48 --instances 1000000 --triangles 100000000 --screenshot f.png";
+        command.current_dir(folder.path()).args(words.split_whitespace());
+        let mut child =
+            command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(Duration::from_secs(3));
+        assert!(child.try_wait().unwrap().is_none(), "the frame is too short for this test");
+        let start = Instant::now();
+        let sent = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status();
+        assert!(sent.unwrap().success());
+        let done = child.wait_with_output().unwrap();
+        let (said, took) = (String::from_utf8_lossy(&done.stderr), start.elapsed());
+        assert_eq!(done.status.code(), Some(exit), "{said}");
+        assert!(said.contains("error[FC902]") && said.contains("0 of 1 frames"), "{said}");
+        assert!(took < Duration::from_secs(3), "{took:?}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no picture and no temporary");
     }
 }
 

@@ -4,8 +4,11 @@
 //! How much of the order a multiple of the tolerance covers is found by counting; what is left of the number is spent
 //! node by node.
 
+mod candidate;
+mod front;
 mod level;
 mod rest;
+mod trial;
 
 use crate::count::Counter;
 use crate::{Error, Extraction, Selection, Tolerance, extract};
@@ -25,6 +28,14 @@ impl Budget {
     pub(crate) fn wanted(self) -> u64 {
         match self {
             Budget::Triangles(n) | Budget::Clusters(n) => n,
+        }
+    }
+
+    /// The same of another number.
+    fn with(self, wanted: u64) -> Budget {
+        match self {
+            Budget::Triangles(_) => Budget::Triangles(wanted),
+            Budget::Clusters(_) => Budget::Clusters(wanted),
         }
     }
 

@@ -13,6 +13,7 @@ mod triangulate;
 
 pub(crate) use page_polygon::PagePolygon;
 
+use crate::criterion::Boundary;
 use crate::{Error, Selection};
 use bridge::Bridge;
 use diagonals::{DIAGONALS_UP_TO, Diagonals};
@@ -58,13 +59,10 @@ impl Stitcher {
         let outline = &mut self.outline;
         outline.vertices.clear();
         outline.loop_ends.clear();
-        for boundary in self.loops.iter() {
+        let boundary = Boundary::of(selection, reader, node);
+        for ring in self.loops.iter() {
             let start = outline.vertices.len();
-            for &vertex in boundary {
-                if records.get(vertex as usize).is_some_and(|r| selection.activates(vertex, r)) {
-                    outline.vertices.push(vertex);
-                }
-            }
+            outline.vertices.extend(ring.iter().copied().filter(|vertex| boundary.draws(*vertex)));
             if outline.vertices.len() < start + 3 {
                 outline.vertices.truncate(start);
             } else {
