@@ -35,7 +35,7 @@ pub struct Outcome {
 /// Opens the files of a command line and places them: where their coordinates put them, or copies at random.
 ///
 /// # Errors
-/// What [`fct::Tree::open`] says about the first file that cannot be opened.
+/// What [`Model::open`] says about the first file that cannot be opened, or is damaged.
 pub fn open_scene(cli: &Cli) -> Result<Scene, Error> {
     let models = cli.files.iter().map(|path| Model::open(path)).collect::<Result<Vec<_>, _>>()?;
     Ok(match cli.copies() {

@@ -80,12 +80,13 @@ impl Model {
         Model { name: name.into(), tree, center: rounded, radius, samples, reach }
     }
 
-    /// Opens a .fct file.
+    /// Opens a .fct file and checks its bytes: damage is told, and not drawn.
     ///
     /// # Errors
-    /// What [`fct::Tree::open`] says.
+    /// What [`fct::Tree::open`] and [`fct::Tree::check_bytes`] say.
     pub fn open(path: &std::path::Path) -> Result<Model, crate::Error> {
         let tree = fct::Tree::open(path)?;
+        tree.check_bytes()?;
         Ok(Model::new(path.display().to_string(), Arc::new(tree)))
     }
 }

@@ -83,6 +83,25 @@ fn odd_input_has_its_exit_code_and_names_the_file() {
     refused(&fcview(folder.path(), ""), 2, &["FILE.fct"]);
 }
 
+/// One changed byte, wherever it is, is told before anything is drawn.
+#[test]
+fn a_damaged_file_is_told_and_not_drawn() {
+    let folder = folder();
+    let sound = std::fs::read(folder.path().join("torus.fct")).unwrap();
+    for part in 0..24 {
+        let mut damaged = sound.clone();
+        let at = (sound.len() - 1) * part / 23;
+        damaged[at] ^= 0x10;
+        std::fs::write(folder.path().join("hurt.fct"), &damaged).unwrap();
+        let output = fcview(folder.path(), "hurt.fct --headless --size 32x32 --screenshot hurt.png");
+        refused(&output, 7, &["error[FC", "hurt.fct"]);
+        assert!(!folder.path().join("hurt.png").exists(), "byte {at}");
+    }
+    let cut = sound.len() / 2;
+    std::fs::write(folder.path().join("hurt.fct"), &sound[..cut]).unwrap();
+    refused(&fcview(folder.path(), "hurt.fct torus.fct --headless"), 7, &["error[FC", "hurt.fct"]);
+}
+
 #[test]
 fn a_place_that_cannot_be_written_is_named() {
     model::gpu();

@@ -19,7 +19,7 @@
 //! | FC300 | 0 | warning without a code of its own |
 //! | FC301 | 0 | warning: bytes after the end of the content |
 //! | FC302 | 0 | warning: vertices that no face uses |
-//! | FC303 | 0 | warning: vertices at NaN or infinity |
+//! | FC303 | 0 | warning: vertices at NaN or infinity, or beyond 3.4e38 |
 //! | FC304 | 0 | warning: polygons that cross themselves |
 //! | FC305 | 0 | warning: polygons too tangled to triangulate |
 //! | FC311 to FC313 | 0 | warning: flattened meshes, ignored skins, ignored morph targets of a scene |
@@ -133,7 +133,7 @@ fn drop_code(reason: DropReason) -> (&'static str, &'static str) {
     match reason {
         DropReason::TooFewVertices => ("FC331", "fewer than three corners"),
         DropReason::RepeatedIndex => ("FC332", "two corners are one vertex"),
-        DropReason::NonFinite => ("FC333", "a corner lies at NaN or infinity"),
+        DropReason::NonFinite => ("FC333", "a corner lies at NaN or infinity, or beyond 3.4e38"),
         DropReason::Duplicate => ("FC334", "repeats of earlier faces"),
         DropReason::NotTriangles => ("FC335", "points or lines, which have no surface"),
     }
@@ -214,8 +214,8 @@ mod tests {
             lines,
             [
                 "warning[FC303]: a.ply: vertices at NaN (3 times)",
-                "warning[FC333]: a.ply: 12 faces dropped: a corner lies at NaN or infinity; by number: \
-                 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, ..."
+                "warning[FC333]: a.ply: 12 faces dropped: a corner lies at NaN or infinity, or beyond \
+                 3.4e38; by number: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, ..."
             ]
         );
     }

@@ -8,6 +8,9 @@ use crate::error::{Error, ErrorKind};
 /// Most corners that a polygon may have; a longer one is taken for damage.
 pub(super) const MAX_CORNERS: usize = 65_536;
 
+/// Where vertices have no place, in words: readers take what is too large for the coordinates of a tree for infinite.
+const NOWHERE: &str = "at NaN or infinity, or beyond 3.4e38, where single precision ends";
+
 /// Triangles of a mesh under construction.
 pub(super) struct Faces {
     /// The triangles so far.
@@ -153,10 +156,8 @@ impl Faces {
         let tally = &mut self.tally;
         let (count, first) = vertices.non_finite();
         let non_finite = match count {
-            1 => format!("vertex {first}, counted from 0, lies at NaN or infinity"),
-            _ => format!(
-                "{count} vertices lie at NaN or infinity, the first is vertex {first}, counted from 0"
-            ),
+            1 => format!("vertex {first}, counted from 0, lies {NOWHERE}"),
+            _ => format!("{count} vertices lie {NOWHERE}, the first is vertex {first}, counted from 0"),
         };
         tally.warn(
             "non_finite_vertices",
@@ -187,7 +188,7 @@ impl Faces {
                     format!(", and {lost} of the faces use such vertices")
                 };
                 return Err(Error::bad_input("FC207", format!("{message}: {non_finite}{share}"))
-                    .remedy("mend the coordinates, or export the mesh again"));
+                    .remedy("mend the coordinates, scale the model down, or export it again"));
             }
             return Err(Error::bad_input("FC207", message)
                 .remedy("fcbuild needs polygons; reconstruct a surface from points or lines first"));

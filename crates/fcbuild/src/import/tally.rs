@@ -7,7 +7,7 @@ pub enum DropReason {
     TooFewVertices,
     /// A triangle that uses one vertex twice.
     RepeatedIndex,
-    /// A polygon with a corner at NaN or infinity.
+    /// A polygon with a corner at NaN or infinity, or beyond the numbers of single precision.
     NonFinite,
     /// A triangle with the same three vertices as an earlier one.
     Duplicate,

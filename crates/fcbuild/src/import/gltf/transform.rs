@@ -26,7 +26,13 @@ impl Transform {
             None => Self::from_parts(node)?,
         };
         let numbers = map.linear.iter().flatten().chain(&map.shift);
-        if numbers.into_iter().all(|x| x.is_finite()) { Ok(map) } else { Err("the transform is not finite") }
+        if numbers.into_iter().all(|x| x.is_finite()) {
+            Ok(map)
+        } else {
+            Err(
+                "the transform has a number that is not finite, or beyond 3.4e38, where single precision ends",
+            )
+        }
     }
 
     fn from_parts(node: &Node) -> Result<Self, &'static str> {
