@@ -1,8 +1,6 @@
 //! What the commands write for programs has a page, and the page has every member.
 
-mod commands;
-
-use commands::{accept, folder, refuse, run, sample};
+use fctests::commands::{accept, folder, refuse, run, sample};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

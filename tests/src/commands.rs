@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// Where a command lies: `target/<profile>/NAME`, two folders above this test.
-pub(crate) fn binary(name: &str) -> PathBuf {
+pub fn binary(name: &str) -> PathBuf {
     let mut path = std::env::current_exe().expect("this test has a path");
     path.pop();
     path.pop();
@@ -15,19 +15,23 @@ pub(crate) fn binary(name: &str) -> PathBuf {
     path
 }
 
-pub(crate) fn sample(name: &str) -> PathBuf {
+/// A sample mesh of this project.
+pub fn sample(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(name)
 }
 
 /// What a command said, and how it ended.
-pub(crate) struct Said {
-    pub(crate) exit: i32,
-    pub(crate) out: String,
-    pub(crate) err: String,
+pub struct Said {
+    /// The exit code; -1 if a signal has ended it.
+    pub exit: i32,
+    /// Standard output.
+    pub out: String,
+    /// Standard error.
+    pub err: String,
 }
 
 /// Runs a command in `folder`; the words of `line` are its arguments.
-pub(crate) fn run(folder: &Path, line: &str) -> Said {
+pub fn run(folder: &Path, line: &str) -> Said {
     let mut words = line.split_whitespace();
     let name = words.next().expect("a command");
     let Output { status, stdout, stderr } =
@@ -38,7 +42,8 @@ pub(crate) fn run(folder: &Path, line: &str) -> Said {
     said
 }
 
-pub(crate) fn names(folder: &Path) -> Vec<String> {
+/// What is in a folder, in order.
+pub fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<_> = fs::read_dir(folder)
         .expect("the folder can be read")
         .map(|entry| entry.expect("the entry can be read").file_name().to_string_lossy().into_owned())
@@ -48,7 +53,7 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
 }
 
 /// Runs a command that must fail with `exit` and a single line that holds all `fragments`, and change no file.
-pub(crate) fn refuse(folder: &Path, line: &str, exit: i32, fragments: &[&str]) {
+pub fn refuse(folder: &Path, line: &str, exit: i32, fragments: &[&str]) {
     let before = names(folder);
     let said = run(folder, line);
     assert_eq!(said.exit, exit, "{line}: {}", said.err);
@@ -64,13 +69,14 @@ pub(crate) fn refuse(folder: &Path, line: &str, exit: i32, fragments: &[&str]) {
 }
 
 /// Runs a command that must succeed.
-pub(crate) fn accept(folder: &Path, line: &str) -> Said {
+pub fn accept(folder: &Path, line: &str) -> Said {
     let said = run(folder, line);
     assert_eq!(said.exit, 0, "{line}: {}", said.err);
     said
 }
 
-pub(crate) fn ply(vertices: &[&str], faces: &[&str]) -> String {
+/// An ASCII PLY file of these lines.
+pub fn ply(vertices: &[&str], faces: &[&str]) -> String {
     let xyz = "property float x\nproperty float y\nproperty float z";
     let (n, m) = (vertices.len(), faces.len());
     let list = "property list uchar int vertex_indices";
@@ -83,7 +89,7 @@ pub(crate) fn ply(vertices: &[&str], faces: &[&str]) -> String {
 const SQUARE: [&str; 4] = ["0 0 0", "1 0 0", "1 1 0", "0 1 0"];
 
 /// A folder with a good mesh `good.ply`, its tree `good.fct`, and many bad inputs.
-pub(crate) fn folder() -> TempDir {
+pub fn folder() -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("writable");
     let good = ply(&SQUARE, &["3 0 1 2", "3 0 2 3"]);
@@ -107,4 +113,18 @@ pub(crate) fn folder() -> TempDir {
     fs::create_dir(folder.path().join("dir")).expect("writable");
     accept(folder.path(), "fcbuild good.ply -o good.fct");
     folder
+}
+
+/// What `fct info --json` says of a tree.
+pub fn info(folder: &Path, file: &str) -> serde_json::Value {
+    let said = accept(folder, &format!("fct info {file} --json"));
+    serde_json::from_str(&said.out).expect("JSON")
+}
+
+/// The number of faces that the header of a PLY file declares.
+pub fn face_count(path: &Path) -> u64 {
+    let bytes = fs::read(path).expect("readable");
+    let header = String::from_utf8_lossy(&bytes[..bytes.len().min(2000)]).into_owned();
+    let line = header.lines().find_map(|l| l.strip_prefix("element face ")).expect("faces are declared");
+    line.parse().expect("a number")
 }
