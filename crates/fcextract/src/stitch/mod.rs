@@ -111,17 +111,21 @@ impl Stitcher {
             let p = position(v) - origin;
             DVec2::new(p.dot(x), p.dot(y))
         }));
+        let leaves_plane = facing.is_none() && is_tube(outline, position);
         self.bridge.join_loops(outline);
-        if facing.is_none() && outline.vertices.len() <= DIAGONALS_UP_TO {
-            self.corners.clear();
-            self.corners.extend(outline.vertices.iter().map(|&v| position(v)));
-            self.diagonals.show(&self.corners, |t| push(out, t.map(|k| outline.vertices[k])));
-            return;
-        }
         let (normal, level) = plane;
         self.heights.clear();
         self.heights.extend(outline.vertices.iter().map(|&v| normal.dot(position(v)) - level));
-        self.triangulator.run(&outline.vertices, &outline.points, &self.heights, out);
+        if self.triangulator.find_best(&outline.vertices, &outline.points, &self.heights, out) {
+            return;
+        }
+        if leaves_plane && outline.vertices.len() <= DIAGONALS_UP_TO {
+            self.corners.clear();
+            self.corners.extend(outline.vertices.iter().map(|&v| position(v)));
+            self.diagonals.show(&self.corners, |t| push(out, t.map(|k| outline.vertices[k])));
+        } else {
+            self.triangulator.find_any(&outline.vertices, &outline.points, out);
+        }
     }
 }
 
@@ -136,6 +140,30 @@ fn count_folded(records: &[VertexRecord], axis: DVec3, triangles: &[u32]) -> u64
         (b - a).cross(c - a).dot(axis) < 0.0
     };
     triangles.chunks_exact(3).filter(folds).count() as u64
+}
+
+/// How far from the largest loop, of its own width, a loop lies that is the end of a tube.
+const APART: f64 = 0.5;
+
+/// Whether each loop but the largest lies off that along its own normal: then the cluster is a tube, and better closed at
+/// its ends than bridged. A cluster with one loop counts as one.
+fn is_tube(outline: &Outline, position: impl Fn(u32) -> DVec3) -> bool {
+    let center_and_area = |ring: &[u32]| {
+        let center = ring.iter().map(|&v| position(v)).sum::<DVec3>() / ring.len() as f64;
+        let sides = ring.iter().zip(ring.iter().cycle().skip(1));
+        let twice_area: DVec3 =
+            sides.map(|(a, b)| (position(*a) - center).cross(position(*b) - center)).sum();
+        (center, twice_area)
+    };
+    let starts = std::iter::once(&0).chain(&outline.loop_ends);
+    let mut loops =
+        starts.zip(&outline.loop_ends).map(|(start, end)| center_and_area(&outline.vertices[*start..*end]));
+    let larger = |a: (DVec3, DVec3), b: (DVec3, DVec3)| if b.1.length() > a.1.length() { b } else { a };
+    let Some((center, _)) = loops.clone().reduce(larger) else { return true };
+    loops.all(|(at, twice_area)| {
+        let off = (at - center).dot(twice_area.normalize_or_zero());
+        at == center || off * off > APART * APART * 0.5 * twice_area.length()
+    })
 }
 
 /// Twice the vector area of all loops together.

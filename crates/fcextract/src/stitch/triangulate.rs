@@ -20,15 +20,24 @@ pub(super) struct Triangulator {
 const FAN_UP_TO: usize = 16;
 
 impl Triangulator {
-    /// Appends the triangles of a counter-clockwise polygon, as vertex indices.
+    /// Appends the best triangulation of a counter-clockwise polygon, as vertex indices.
     ///
     /// `points` are the corners' places in a plane and `heights` how far they lie above the one that fits best.
     /// A vertex may occur more than once, where a hole was joined; triangles with a vertex twice are left out.
-    pub(super) fn run(&mut self, vertices: &[u32], points: &[DVec2], heights: &[f64], out: &mut Vec<u32>) {
+    /// False, and nothing, if it has too many to look for the best, or none is valid.
+    pub(super) fn find_best(
+        &mut self,
+        vertices: &[u32],
+        points: &[DVec2],
+        heights: &[f64],
+        out: &mut Vec<u32>,
+    ) -> bool {
+        self.set(points, heights) && self.best.show(vertices.len(), |t| push(out, t.map(|k| vertices[k])))
+    }
+
+    /// Appends a triangulation of any other polygon.
+    pub(super) fn find_any(&mut self, vertices: &[u32], points: &[DVec2], out: &mut Vec<u32>) {
         let n = vertices.len();
-        if self.set(points, heights) && self.best.show(n, |t| push(out, t.map(|k| vertices[k]))) {
-            return;
-        }
         if n <= FAN_UP_TO
             && let Some(apex) = best_fan(points)
         {
@@ -146,10 +155,17 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
+    fn run_with(vertices: &[u32], points: &[DVec2], heights: &[f64], out: &mut Vec<u32>) {
+        let mut triangulator = Triangulator::default();
+        if !triangulator.find_best(vertices, points, heights, out) {
+            triangulator.find_any(vertices, points, out);
+        }
+    }
+
     fn run(points: &[DVec2]) -> Vec<u32> {
         let mut out = Vec::new();
         let vertices: Vec<u32> = (0..points.len() as u32).collect();
-        Triangulator::default().run(&vertices, points, &vec![0.0; points.len()], &mut out);
+        run_with(&vertices, points, &vec![0.0; points.len()], &mut out);
         out
     }
 
@@ -183,7 +199,7 @@ mod tests {
             // Corners 0 and 2 are high.
             let heights = [1.0, -1.0, 1.0, -1.0].map(|h| h - 5.0 * level);
             let mut out = Vec::new();
-            Triangulator::default().run(&[0, 1, 2, 3], &square, &heights, &mut out);
+            run_with(&[0, 1, 2, 3], &square, &heights, &mut out);
             assert!(has_edge(&out, a, b), "{level}: {out:?}");
         }
     }
