@@ -186,6 +186,9 @@ pub enum Error {
         /// The system's words.
         source: std::io::Error,
     },
+    /// Standard output cannot be written.
+    #[error("cannot write to standard output: {0}")]
+    Stdout(std::io::Error),
     /// No file can be made in the folder of an output.
     #[error(transparent)]
     Place(fct::Error),
@@ -327,6 +330,7 @@ impl Error {
             | Error::Png { .. }
             | Error::Folder { .. }
             | Error::Place(_)
+            | Error::Stdout(_)
             | Error::NotAFile { .. }
             | Error::NotStats { .. } => 4,
             Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => {
@@ -348,6 +352,7 @@ impl Error {
             Error::Output { .. } => "FC222",
             Error::Extract { source: fcextract::Error::Selection(_), .. } => "FC223",
             Error::CameraPath { .. } => "FC224",
+            Error::Stdout(_) => "FC413",
             Error::Read { .. } => "FC424",
             Error::Write { .. } => "FC421",
             Error::Png { .. } => "FC422",

@@ -76,7 +76,6 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
     if let Some(text) = headless::budget_warning(&outcome.stats) {
         warn(&text);
     }
-    let mut out = std::io::stdout().lock();
     let mut lines =
         outcome.written.iter().map(|path| format!("wrote {}", path.display())).collect::<Vec<_>>();
     if let Some(last) = outcome.stats.frames.last() {
@@ -89,13 +88,18 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
             counted(counts.instances, "instance"),
         ));
     }
-    for line in lines {
+    print(&lines)
+}
+
+/// Lines on standard output.
+fn print(lines: &[String]) -> Result<(), Error> {
+    let mut out = std::io::stdout().lock();
+    match lines.iter().try_for_each(|line| writeln!(out, "{line}")).and_then(|()| out.flush()) {
         // A reader that went away, as `head` does, has seen enough.
-        if writeln!(out, "{line}").is_err() {
-            break;
-        }
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        Err(e) => Err(Error::Stdout(e)),
+        Ok(()) => Ok(()),
     }
-    Ok(())
 }
 
 fn warn(text: &str) {

@@ -28,6 +28,18 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
+/// A device that is always full, where there is one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_told() {
+    model::gpu();
+    let folder = folder();
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fcview"));
+    command.current_dir(folder.path()).args(["torus.fct", "--headless", "--size", "64x48"]).stdout(full);
+    refused(&command.output().expect("fcview runs"), 4, &["error[FC413]", "cannot write to standard output"]);
+}
+
 #[test]
 fn pictures_and_stats_are_written() {
     model::gpu();
