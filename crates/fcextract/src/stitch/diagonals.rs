@@ -1,7 +1,7 @@
 //! The triangulation of a polygon in space that has the shortest diagonals.
 //!
-//! A cluster that folds over has no plane in which its polygon could be triangulated. The diagonals whose squares sum up
-//! to the least join what is near in space. Where a hole is joined to the outline, both may come out closed, each for
+//! The polygon of a cluster that folds over mostly overlaps itself in every plane. The diagonals whose squares sum up to
+//! the least join what is near in space. Where a hole is joined to the outline, both may come out closed, each for
 //! itself: the two copies of an end of the bridge are as near as can be.
 
 use glam::DVec3;

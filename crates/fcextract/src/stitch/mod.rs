@@ -1,9 +1,10 @@
 //! From a node of the cut to triangles.
 //!
 //! The node's boundary loops are thinned to their active vertices and what remains is triangulated in the cluster's
-//! plane, or in space where the cluster folds over. Whatever the triangulation, its border is exactly those loops: that is what makes the mesh closed. So a
-//! loop of fewer than three vertices may be left out (its two edges cancel), holes are bridged to the outline by an
-//! edge used in both directions, and triangles that come to nothing are dropped.
+//! plane, or in space where the cluster folds over. Whatever the triangulation, its border is exactly those loops:
+//! that is what makes the mesh closed. So a loop of fewer than three vertices may be left out (its two edges cancel),
+//! holes are bridged to the outline by an edge used in both directions, and triangles that come to nothing are
+//! dropped.
 
 mod best;
 mod bridge;
