@@ -104,6 +104,12 @@ impl Quads {
         self.len
     }
 
+    /// The groups of all points.
+    #[must_use]
+    pub fn groups(&self) -> Range<usize> {
+        0..self.quads.len()
+    }
+
     /// Whether there is no point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -151,6 +157,28 @@ impl Quads {
             low.into_iter().fold(f64::INFINITY, |a, b| if b < a { b } else { a }),
             high.into_iter().fold(f64::NEG_INFINITY, |a, b| if b > a { b } else { a }),
         )
+    }
+
+    /// The lowest and the highest of some groups' points along a direction, the first ones of each.
+    #[must_use]
+    pub fn extremes(&self, groups: Range<usize>, direction: DVec3) -> Option<[DVec3; 2]> {
+        let quads = self.quads.get(groups)?;
+        let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
+        let (mut lowest, mut highest) = ([0_usize; 4], [0_usize; 4]);
+        for (at, quad) in quads.iter().enumerate() {
+            let (x, y, z) = (quad.x.to_array(), quad.y.to_array(), quad.z.to_array());
+            for i in 0..4 {
+                let h = direction.x * f64::from(x[i])
+                    + direction.y * f64::from(y[i])
+                    + direction.z * f64::from(z[i]);
+                (low[i], lowest[i]) = if h < low[i] { (h, at) } else { (low[i], lowest[i]) };
+                (high[i], highest[i]) = if h > high[i] { (h, at) } else { (high[i], highest[i]) };
+            }
+        }
+        let point = |lane: usize, at: usize| Some(quads.get(at)?.points()[lane].as_dvec3());
+        let least = (0..4).reduce(|a, b| if low[b] < low[a] { b } else { a })?;
+        let most = (0..4).reduce(|a, b| if high[b] > high[a] { b } else { a })?;
+        Some([point(least, lowest[least])?, point(most, highest[most])?])
     }
 
     /// The largest of all points' square distances to the nearest of `sites`, in `f32`; 0 for no points.

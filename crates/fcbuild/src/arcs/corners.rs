@@ -55,7 +55,8 @@ pub fn register(
         registered[(h & !LAST) as usize] = anchored[mesh.origin(h & !LAST) as usize];
     }
     let walk = Walk { mesh, splits, loops, count };
-    let root = Child { node: 0, parent: None, above: f32::INFINITY, faces: 0..mesh.faces.len() };
+    let root =
+        Child { node: 0, parent: None, above: f32::INFINITY, direction: None, faces: 0..mesh.faces.len() };
     let measured = Measured { nodes: &mut nodes, cones: &mut cones };
     let registrations = walk.descend(root, &mut registered, measured);
     Registered { registrations, nodes, cones }
@@ -78,8 +79,9 @@ struct Child {
     /// The node that is split into this one, if that can register more corners: a join of components would register
     /// them for every mesh.
     parent: Option<u32>,
-    /// The bound of that node.
+    /// The bound of that node, and the direction of its slab if it has one.
     above: f32,
+    direction: Option<Vec3>,
     faces: Range<usize>,
 }
 
@@ -142,7 +144,7 @@ impl Walk<'_> {
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return Vec::new() };
         // The memory of a large cluster goes before there is more of it.
         (*bounds, *cone) = self.measure(&at, registered, &mut Memory::new(self.mesh), &mut own);
-        let [left, right] = self.split(&at, bounds.bound, registered, &mut Memory::new(self.mesh), &mut own);
+        let [left, right] = self.split(&at, bounds, registered, &mut Memory::new(self.mesh), &mut own);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let (l, r) = rayon::join(
@@ -170,7 +172,7 @@ impl Walk<'_> {
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return };
         (*bounds, *cone) = self.measure(&at, registered, memory, out);
-        let [left, right] = self.split(&at, bounds.bound, registered, memory, out);
+        let [left, right] = self.split(&at, bounds, registered, memory, out);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let places_l = Measured { nodes: &mut *nodes_l, cones: places_l.cones };
@@ -190,7 +192,8 @@ impl Walk<'_> {
     ) -> (NodeBounds, Cone) {
         let Memory { measurer, loops: [loops, _] } = memory;
         let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.read(at.node, loops), registered };
-        let (bounds, cone, added) = measurer.measure(&self.splits[at.node], &cluster, at.above());
+        let (bounds, cone, added) =
+            measurer.measure(&self.splits[at.node], &cluster, at.above(), at.direction);
         for &h in added {
             registered[h as usize - 3 * at.faces.start] = true;
             let vertex = self.mesh.weld[self.mesh.origin(h) as usize];
@@ -203,7 +206,7 @@ impl Walk<'_> {
     fn split(
         &self,
         at: &Child,
-        above: f32,
+        bounds: &NodeBounds,
         registered: &mut [bool],
         memory: &mut Memory<'_>,
         out: &mut Vec<Registration>,
@@ -212,9 +215,11 @@ impl Walk<'_> {
         let left_faces = self.splits[node].left_faces as usize;
         let middle = faces.start + left_faces;
         let parent = (!self.splits[node].joins_components).then_some(node as u32);
+        let above = bounds.bound;
+        let direction = (!bounds.from_corners).then(|| bounds.slack.direction().as_vec3());
         let children = [
-            Child { node: node + 1, parent, above, faces: faces.start..middle },
-            Child { node: node + left_faces, parent, above, faces: middle..faces.end },
+            Child { node: node + 1, parent, above, direction, faces: faces.start..middle },
+            Child { node: node + left_faces, parent, above, direction, faces: middle..faces.end },
         ];
         let mut marks = Marks { mesh: self.mesh, registered, base: 3 * faces.start, node, out };
         // The ends of arcs around a single face are corners of it.

@@ -1,8 +1,8 @@
 //! A walk over the faces around a cluster, within what is seen in a hull.
 
-use super::distance::Slab;
 use super::hull::{Hull, Side};
 use super::node::Cluster;
+use super::slab::Slab;
 use crate::arcs::loops::LAST;
 use crate::mesh::NONE;
 use crate::tree_order::TreeMesh;

@@ -6,8 +6,9 @@ mod hull;
 mod node;
 mod outliers;
 mod overhang;
+mod slab;
 mod slack;
 
-pub(crate) use distance::RIDGE;
 pub use node::{Above, Cluster, Measurer, NodeBounds};
 pub use outliers::raise_keys;
+pub(crate) use slab::RIDGE;

@@ -1,13 +1,14 @@
 //! The bounds of a node, in two steps: what its faces alone tell, then what must be nested over the tree.
 
-use super::distance::{self, EASE};
+use super::distance;
 use super::overhang::Overhang;
+use super::slab::{self, EASE, MIN_FACING, Points};
 use super::slack::Slack;
 use crate::arcs::loops::LAST;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use fcgeom::{Cone, Quads, Sphere, round_up};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// The bounds of a node. Its sphere is found by the file's packer, its cone stands beside it.
@@ -71,6 +72,9 @@ const FOLLOWS: f32 = 0.99872;
 /// Cosine of 7 degrees, the half angle of a cone that is called flat.
 const FLAT_CONE: f32 = 0.99255;
 
+/// Slabs of clusters with at least so many faces are turned to be lower.
+const TURNED_FROM: usize = 32;
+
 /// A node as it is shown to be measured.
 pub struct Cluster<'a> {
     /// Its faces.
@@ -119,7 +123,15 @@ impl<'a> Measurer<'a> {
 
     /// Measures one node by itself: its bounds, a cone that holds the normals of its faces, and half-edges on its loops
     /// that start at vertices which the node `above` must register too.
-    pub fn measure(&mut self, split: &Split, at: &Cluster<'_>, above: Above) -> (NodeBounds, Cone, &[u32]) {
+    ///
+    /// `inherited` is the direction of the slab of the node above, if it has one.
+    pub fn measure(
+        &mut self,
+        split: &Split,
+        at: &Cluster<'_>,
+        above: Above,
+        inherited: Option<Vec3>,
+    ) -> (NodeBounds, Cone, &[u32]) {
         let mesh = self.mesh;
         let corner_vertices = mesh.faces.as_flattened();
         let vertex = |h: &u32| mesh.positions[corner_vertices[(h & !LAST) as usize] as usize];
@@ -142,9 +154,21 @@ impl<'a> Measurer<'a> {
             // Around a hole the outline may be cut by so few chords that they cross the hole: no slab holds then.
             let has_holes = at.loops.iter().rev().skip(1).any(|h| h & LAST != 0);
             if !has_holes {
-                let along_axis = cone.cos > distance::MIN_FACING;
-                let directions = [along_plane.then_some(split.normal), along_axis.then_some(cone.axis)];
-                if let Some(mut slab) = distance::slab(directions, &self.points, 0..inside, inside..end) {
+                let normals = &self.normals;
+                let face = |direction: DVec3| {
+                    let (least, _) = normals.extent(normals.groups(), direction);
+                    least > f64::from(MIN_FACING)
+                };
+                let points = Points { all: &self.points, border: 0..inside, inside: inside..end };
+                let directions = [
+                    along_plane.then_some(split.normal),
+                    (cone.cos > MIN_FACING).then_some(cone.axis),
+                    inherited.filter(|direction| face(direction.as_dvec3())),
+                ];
+                if let Some(mut slab) = slab::slab(directions.into_iter().flatten(), &points) {
+                    if at.faces.len() >= TURNED_FROM {
+                        slab = slab::turned(slab, &points, face);
+                    }
                     added = self.overhang.widen(mesh, at, &mut slab, above);
                     bound = Some(slab.bound());
                     slack = slab.slack();
@@ -194,7 +218,7 @@ impl<'a> Measurer<'a> {
             return (Cone::of_quads(&self.normals), false);
         }
         let (cone, least) = Cone::of_quads_near(&self.normals, split.normal);
-        (cone, least > distance::MIN_FACING)
+        (cone, least > MIN_FACING)
     }
 }
 

@@ -6,7 +6,7 @@
 //! into the slab, also where it belongs to neighbours: the polygon may lie over it, and it may be left to this polygon to
 //! cover. `docs/bound.md` has the argument.
 
-use super::distance::Slab;
+use super::slab::Slab;
 use super::flood::{Arc, Around, Flood, Gaze, Seen};
 use super::hull::Hull;
 use super::node::{Above, Cluster};

@@ -4,7 +4,7 @@
 //! beside its place takes the polygon with it; where the cluster bulges to one side of its border, as most do, it may move
 //! that way and the polygon is as near as before, or nearer.
 
-use super::distance::{EASE, RIDGE};
+use super::slab::{EASE, RIDGE};
 use fct::FineNormalRecord;
 use glam::DVec3;
 

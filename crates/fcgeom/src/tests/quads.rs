@@ -43,6 +43,16 @@ fn answers_are_those_of_the_points_one_by_one() {
         ];
         assert_eq!((both[0].0.min(both[1].0), both[0].1.max(both[1].1)), heights(&points));
 
+        assert_eq!(quads.extent(quads.groups(), direction), heights(&points));
+        let extremes = quads.extremes(quads.groups(), direction);
+        assert_eq!(extremes.is_some(), !points.is_empty());
+        if let Some(extremes) = extremes {
+            let of = extremes.map(|p| direction.x * p.x + direction.y * p.y + direction.z * p.z);
+            assert_eq!((of[0], of[1]), heights(&points));
+            assert!(extremes.iter().all(|p| points.contains(&p.as_vec3())));
+        }
+        assert!(quads.extremes(groups..usize::MAX, direction).is_none());
+
         let sum: DVec3 = points.iter().map(|p| p.as_dvec3()).sum();
         assert!(quads.sum().distance(sum) < 1.0e-3, "{} {sum}", quads.sum());
 
