@@ -17,6 +17,9 @@ pub struct NodeBounds {
     /// No point of the cluster is farther from the drawn mesh, and no point of the cluster's polygon from the surface, in
     /// normal units; not below a child's once nested.
     pub bound: f32,
+    /// How far the cluster reaches over the plane that fits it best, or its bound if that is known to be less; not below a
+    /// child's once nested. It promises nothing.
+    pub reach: f32,
     /// Budget key, a length in normal units; not below a child's once nested.
     pub budget: f32,
     /// True if the cluster's own bound is a distance from corners that are always drawn, so that no polygon must lie
@@ -35,6 +38,7 @@ impl NodeBounds {
     /// A place for bounds that are still to be measured.
     pub const UNKNOWN: NodeBounds = NodeBounds {
         bound: f32::INFINITY,
+        reach: f32::INFINITY,
         budget: f32::INFINITY,
         from_corners: true,
         follows_cone: false,
@@ -61,6 +65,7 @@ impl NodeBounds {
         for child in children.into_iter().flatten() {
             self.raise_bound(child.bound);
             self.budget = self.budget.max(child.budget);
+            self.reach = self.reach.max(child.reach);
             self.follows_cone &= child.follows_cone;
         }
     }
@@ -138,6 +143,7 @@ impl<'a> Measurer<'a> {
         let (cone, along_plane) = self.cone(split, &at.faces);
         let mut bound = None;
         let mut slack = Slack::NONE;
+        let mut reach = f32::INFINITY;
         let mut added: &[u32] = &[];
         self.corners.clear();
         let is_corner = |h: &&u32| at.registered[(**h & !LAST) as usize - 3 * at.faces.start];
@@ -176,6 +182,11 @@ impl<'a> Measurer<'a> {
             }
             if bound.is_none() {
                 self.corners.extend(at.loops.iter().filter(is_corner).map(vertex));
+                if split.normal != Vec3::ZERO {
+                    let points = Points { all: &self.points, border: 0..inside, inside: inside..end };
+                    let over_plane = slab::slab(std::iter::once(split.normal), &points);
+                    reach = over_plane.map_or(reach, |slab| round_up(slab.bound()));
+                }
             }
         }
         let from_corners = bound.is_none();
@@ -197,7 +208,8 @@ impl<'a> Measurer<'a> {
         let bound = round_up(bound);
         let follows_cone = !from_corners && split.normal.dot(cone.axis) > FOLLOWS;
         let narrow_cone = cone.cos > FLAT_CONE;
-        (NodeBounds { bound, budget, from_corners, follows_cone, narrow_cone, slack }, cone, added)
+        let reach = reach.min(bound);
+        (NodeBounds { bound, reach, budget, from_corners, follows_cone, narrow_cone, slack }, cone, added)
     }
 
     /// The cone of some faces' normals, and whether the plane of their cluster has a side that all of them show.

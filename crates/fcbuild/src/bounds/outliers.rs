@@ -13,7 +13,7 @@ use rayon::prelude::*;
 ///
 /// The bounds are nested, so the keys stay nested.
 pub fn raise_keys(nodes: &mut [NodeBounds]) {
-    let of_bound = |n: &NodeBounds| (f64::from(n.bound) * f64::from(n.bound).sqrt()).sqrt();
+    let of_bound = |n: &NodeBounds| (f64::from(n.reach) * f64::from(n.reach).sqrt()).sqrt();
     let step = nodes.len().div_ceil(SAMPLES).max(1);
     let ratio = |n: &NodeBounds| f64::from(n.budget) / of_bound(n);
     let usable = |r: &f64| r.is_finite() && *r > 0.0;

@@ -6,10 +6,10 @@
 //! into the slab, also where it belongs to neighbours: the polygon may lie over it, and it may be left to this polygon to
 //! cover. `docs/bound.md` has the argument.
 
-use super::slab::Slab;
 use super::flood::{Arc, Around, Flood, Gaze, Seen};
 use super::hull::Hull;
 use super::node::{Above, Cluster};
+use super::slab::Slab;
 use crate::arcs::loops::LAST;
 use crate::tree_order::TreeMesh;
 use fcgeom::distance_to_segment;
