@@ -175,7 +175,7 @@ mod tests {
         ) {
             let points: Vec<Vec3> = points.into_iter().map(Vec3::from).collect();
             let (border, inside) = points.split_at(border.min(points.len()));
-            let [slab, turned] = slabs(border, inside, Vec3::new(direction[0], direction[1], 1.0).normalize());
+            let [slab, turned] = slabs(border, inside, Vec3::new(direction[0], direction[1], 1.0).normalize_or_zero());
             prop_assert!(turned.height() <= slab.height());
             prop_assert!(turned.direction.z > 0.3);
             // It is a slab: heights are those of the points.
