@@ -1,7 +1,8 @@
 //! What is drawn of pages in a hurry is what the format says: every cluster of a cut is drawn as triangles that have
 //! exactly its active boundary as their border.
 
-use fcextract::{Extraction, Order, Part, Perspective, Selection, Stats, extract};
+use fcbuild::SplitMode;
+use fcextract::{Extraction, Order, ParallelExtractor, Part, Perspective, Selection, Stats, extract};
 use fct::{Child, Tree};
 use fctests::random::Random;
 use fctests::{meshes, trees};
@@ -33,6 +34,14 @@ fn is_active(tree: &Tree, selection: &Selection, vertex: u32) -> bool {
 fn check(name: &str, tree: &Tree, selection: &Selection) -> usize {
     let mut drawn = Extraction::default();
     extract(tree, selection, &mut drawn).unwrap();
+    // What is known of a page from the second time on, and used from the third time on, changes nothing.
+    for _ in 0..2 {
+        let mut again = Extraction::default();
+        extract(tree, selection, &mut again).unwrap();
+        assert_eq!(again.indices, drawn.indices, "{name}: {selection:?}");
+        assert_eq!(again.clusters, drawn.clusters, "{name}: {selection:?}");
+        assert_eq!(again.stats, drawn.stats, "{name}: {selection:?}");
+    }
     let mut cut = Vec::new();
     let mut stats = Stats::default();
     let each = |part: Part, _: Option<&fct::Node>| cut.push(part.subtree);
@@ -99,6 +108,47 @@ fn look(name: &str, tree: &Tree, seed: u64) {
         clusters += check(name, tree, &selection);
     }
     assert!(clusters > 24, "{name}: nothing was drawn");
+}
+
+/// A tree that has been looked at from everywhere shows what a tree shows that was just opened, on any number of threads.
+#[test]
+fn what_was_seen_before_does_not_matter() {
+    let bytes = trees::bytes_of(trees::read(&trees::data("sculpture.ply")), SplitMode::Quality);
+    let seen = Tree::from_bytes(bytes.clone()).unwrap();
+    let [low, high] =
+        [seen.meta().bounds_min, seen.meta().bounds_max].map(|b| DVec3::from_array(b.map(f64::from)));
+    let (center, size) = (low.midpoint(high), (high - low).length());
+    let mut random = Random::new(11);
+    let mut views: Vec<Selection> = Vec::new();
+    for round in 0..60 {
+        let order = if round % 2 == 0 { Order::Bound } else { Order::Budget };
+        let eye = center + random.direction() * size * 10.0_f64.powf(random.between(-1.0, 1.5));
+        let slope = 10.0_f64.powf(random.between(-4.0, -1.5));
+        let axis = (center - eye).normalize_or_zero();
+        let view = Perspective { eye, axis, slope, corner_cos: 0.6 };
+        let selection = Selection { backface_eye: Some(eye), ..Selection::perspective(view, order) };
+        views.push(match round % 5 {
+            0 => Selection::uniform(slope * size, order),
+            _ => selection,
+        });
+    }
+    let mut parallel = ParallelExtractor::default();
+    assert_eq!(Tree::from_bytes(bytes.clone()).unwrap().derived(|| 7_u8), Some(&7));
+    let (mut warm, mut on_threads, mut cold) =
+        (Extraction::default(), Extraction::default(), Extraction::default());
+    for (round, selection) in views.iter().cycle().take(3 * views.len()).enumerate() {
+        parallel.extract(&seen, selection, &mut on_threads).unwrap();
+        extract(&seen, selection, &mut warm).unwrap();
+        assert_eq!(warm.indices, on_threads.indices, "{round}: {selection:?}");
+        if round % 3 == 0 {
+            let fresh = Tree::from_bytes(bytes.clone()).unwrap();
+            extract(&fresh, selection, &mut cold).unwrap();
+            assert_eq!(warm.indices, cold.indices, "{round}: {selection:?}");
+            assert_eq!(warm.clusters, cold.clusters, "{round}: {selection:?}");
+            assert_eq!(warm.stats, cold.stats, "{round}: {selection:?}");
+        }
+    }
+    assert!(seen.derived(|| 7_u8).is_none(), "nothing was kept beside the tree");
 }
 
 #[test]

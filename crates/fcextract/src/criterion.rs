@@ -13,6 +13,9 @@ pub(crate) trait Criterion {
 
     /// Whether the vertex of this index is drawn.
     fn activates(&self, index: u32, vertex: &VertexRecord) -> bool;
+
+    /// Vertices of the page with smaller keys than this are not active, unless their spheres are larger than the page's.
+    fn least(&self) -> i16;
 }
 
 impl Criterion for Selection {
@@ -26,6 +29,11 @@ impl Criterion for Selection {
     fn activates(&self, index: u32, vertex: &VertexRecord) -> bool {
         Selection::activates(self, index, vertex)
     }
+
+    #[inline]
+    fn least(&self) -> i16 {
+        i16::MIN
+    }
 }
 
 /// A view's tolerance alone decides, and about most nodes and vertices of a page at a glance.
@@ -37,7 +45,7 @@ pub(crate) struct Seen<'a> {
     refined: i16,
     /// With smaller keys than this, nodes are drawn.
     drawn: i16,
-    /// A vertex whose sphere has a smaller radius than this has it in [`WIDER`] times the sphere of the page's root.
+    /// A vertex whose sphere has a smaller radius than this has it in [`WIDER`] times the sphere of the whole page's root.
     small: i16,
     /// There vertices with smaller keys than this are not active.
     inactive: i16,
@@ -56,7 +64,14 @@ const EAGERNESS: f64 = 2e-5;
 impl<'a> Seen<'a> {
     /// What a selection comes to in a branch of a page, if it comes to that.
     pub(crate) fn of(selection: &'a Selection, page: &Page<'_>, root: &Branch) -> Option<Seen<'a>> {
-        Seen::below(selection, &page.node(root)?)
+        let whole = page.whole();
+        let seen = Seen::below(selection, &page.node(&whole)?)?;
+        if *root == whole {
+            return Some(seen);
+        }
+        // What is known of the whole page's vertices holds for some of them too.
+        let Seen { refined, drawn, .. } = Seen::below(selection, &page.node(root)?)?;
+        Some(Seen { refined, drawn, ..seen })
     }
 
     /// The same for a node, all below it and their boundaries.
@@ -68,13 +83,14 @@ impl<'a> Seen<'a> {
         }
         let center = DVec3::from_array(node.center.map(f64::from));
         let radius = f64::from(node.radius);
+        let near = view.near(center, radius, WIDER);
         Some(Seen {
             selection,
             view,
-            refined: least_over(view.most(center, radius) * (1.0 + ROUNDING)),
-            drawn: least_over(view.at(center, radius) * (1.0 - ROUNDING)),
+            refined: least_over(near.most * (1.0 + ROUNDING)),
+            drawn: least_over(near.least * (1.0 - ROUNDING)),
             small: least_over(radius),
-            inactive: least_over(view.at(center, WIDER * radius) * (1.0 - ROUNDING - EAGERNESS)),
+            inactive: least_over(near.least_wider * (1.0 - ROUNDING - EAGERNESS)),
         })
     }
 }
@@ -84,11 +100,18 @@ pub(crate) struct Boundary<'a> {
     records: &'a [VertexRecord],
     selection: &'a Selection,
     seen: Option<Seen<'a>>,
+    /// As [`Criterion::least`] of the node.
+    pub(crate) least: i16,
 }
 
 impl<'a> Boundary<'a> {
     pub(crate) fn of(selection: &'a Selection, reader: &Reader<'a>, node: &Node) -> Boundary<'a> {
-        Boundary { records: reader.vertices(), selection, seen: Seen::below(selection, node) }
+        let seen = Seen::below(selection, node);
+        let least = match &seen {
+            Some(seen) => seen.inactive,
+            None => Everywhere::within(selection).map_or(i16::MIN, |everywhere| everywhere.active),
+        };
+        Boundary { records: reader.vertices(), selection, seen, least }
     }
 
     /// Whether the vertex of this index is drawn; not if there is none.
@@ -138,6 +161,11 @@ impl Criterion for Seen<'_> {
         let key = self.selection.order.of_vertex(vertex);
         self.view.is_exceeded(f64::from(key), vertex.center().into(), vertex.radius())
     }
+
+    #[inline]
+    fn least(&self) -> i16 {
+        self.inactive
+    }
 }
 
 /// The same tolerance everywhere, and nothing left out.
@@ -153,8 +181,13 @@ pub(crate) struct Everywhere {
 impl Everywhere {
     /// What a selection comes to in a subtree, if it comes to that.
     pub(crate) fn of(selection: &Selection, settled: Settled) -> Option<Everywhere> {
+        Everywhere::within(selection).filter(|_| settled.is_shown())
+    }
+
+    /// The same where it does not matter what is left out.
+    fn within(selection: &Selection) -> Option<Everywhere> {
         match selection.tolerance {
-            Tolerance::Uniform { distance } if settled.is_shown() && selection.is_plain() => {
+            Tolerance::Uniform { distance } if selection.is_plain() => {
                 let distance = distance.min(f64::MAX);
                 let refined = least_over(distance);
                 // Eagerness is less than a step of short floats.
@@ -179,9 +212,21 @@ impl Criterion for Everywhere {
     fn activates(&self, _index: u32, vertex: &VertexRecord) -> bool {
         self.order.of([vertex.bound, vertex.budget]).rank() >= self.active
     }
+
+    #[inline]
+    fn least(&self) -> i16 {
+        self.active
+    }
 }
 
-/// The rank of the least short float that is more than this, which is not negative.
-fn least_over(x: f64) -> i16 {
-    ShortFloat::down(x).rank().saturating_add(1)
+/// The rank of the least short float that is more than this; the least rank of all for a number that is negative or none.
+#[inline]
+pub(crate) fn least_over(x: f64) -> i16 {
+    if x.is_nan() || x < 0.0 {
+        return i16::MIN;
+    }
+    let near = x.min(f64::from(f32::MAX)) as f32;
+    let below = near.to_bits().saturating_sub(u32::from(f64::from(near) > x));
+    // The upper half of a single that is not negative.
+    ((below >> 16) + 1) as i16
 }

@@ -1,6 +1,7 @@
 //! The walk from the root to the cut, and the mesh it leaves behind.
 
 use crate::batch::{BATCH_TRIANGLES, Batch};
+use crate::eager::{Eager, Table};
 use crate::page::{Mesh, PageWalk};
 use crate::part::{Part, Settled, Sight};
 use crate::stitch::Stitcher;
@@ -20,6 +21,15 @@ pub struct Extraction {
     pub batches: Vec<Batch>,
     /// What was visited, culled and drawn.
     pub stats: Stats,
+}
+
+/// What a mesh is made from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source<'a> {
+    pub(crate) reader: Reader<'a>,
+    pub(crate) selection: &'a Selection,
+    /// What is known of the tree by the selection's order.
+    pub(crate) eager: Option<&'a Table>,
 }
 
 /// What a mesh is made with: ten thousand bytes and more. A thread has one for all its meshes, since a view of many
@@ -100,29 +110,19 @@ impl Extraction {
     /// As [`extract`].
     pub fn append(&mut self, tree: &Tree, selection: &Selection, part: &Part) -> Result<(), Error> {
         selection.check()?;
-        self.append_from(&tree.reader(), selection, part)
+        let eager = Eager::of(tree, selection.order);
+        self.append_from(&Source { reader: tree.reader(), selection, eager }, part)
     }
 
     /// The same for whatever the reader shows; the selection was checked.
-    pub(crate) fn append_from(
-        &mut self,
-        reader: &Reader<'_>,
-        selection: &Selection,
-        part: &Part,
-    ) -> Result<(), Error> {
+    pub(crate) fn append_from(&mut self, source: &Source<'_>, part: &Part) -> Result<(), Error> {
         let mut work = WORK.take().unwrap_or_default();
-        let done = self.walk(&mut work, reader, selection, part);
+        let done = self.walk(&mut work, source, part);
         WORK.set(Some(work));
         done
     }
 
-    fn walk(
-        &mut self,
-        work: &mut Work,
-        reader: &Reader<'_>,
-        selection: &Selection,
-        part: &Part,
-    ) -> Result<(), Error> {
+    fn walk(&mut self, work: &mut Work, source: &Source<'_>, part: &Part) -> Result<(), Error> {
         let first_index = self.indices.len() as u64;
         work.stack.clear();
         work.stack.push(Step::Visit { subtree: part.subtree, settled: part.settled });
@@ -132,7 +132,7 @@ impl Extraction {
                     // Left children are gone on with at once: half of the steps never wait.
                     let mut next = Some((subtree, settled));
                     while let Some((subtree, settled)) = next {
-                        next = self.visit(work, reader, selection, subtree, settled)?;
+                        next = self.visit(work, source, subtree, settled)?;
                     }
                 }
                 Step::Close { subtree, first_index, first_batch } => {
@@ -149,14 +149,14 @@ impl Extraction {
     fn visit(
         &mut self,
         work: &mut Work,
-        reader: &Reader<'_>,
-        selection: &Selection,
+        source: &Source<'_>,
         subtree: Subtree,
         settled: Settled,
     ) -> Result<Option<(Subtree, Settled)>, Error> {
-        if self.draw_page(work, reader, selection, &subtree, settled)? {
+        if self.draw_page(work, source, &subtree, settled)? {
             return Ok(None);
         }
+        let Source { reader, selection, eager } = source;
         let first_index = self.next_index()?;
         if let Child::Face(_) = subtree.child.kind() {
             self.begin_cluster(first_index);
@@ -177,7 +177,8 @@ impl Extraction {
         }
         self.begin_cluster(first_index);
         self.stats.bound = self.stats.bound.max(node.bound);
-        self.stats.folded += work.stitcher.draw(reader, selection, &subtree, &node, &mut self.indices)?;
+        self.stats.folded +=
+            work.stitcher.draw_top(reader, selection, *eager, (&subtree, &node), &mut self.indices)?;
         let added = self.indices.len() as u64 - u64::from(first_index);
         let count = u32::try_from(added).map_err(|_overflow| Error::TooManyTriangles)?;
         if count > 0 {
@@ -194,8 +195,7 @@ impl Extraction {
     fn draw_page(
         &mut self,
         work: &mut Work,
-        reader: &Reader<'_>,
-        selection: &Selection,
+        source: &Source<'_>,
         subtree: &Subtree,
         settled: Settled,
     ) -> Result<bool, Error> {
@@ -206,7 +206,7 @@ impl Extraction {
             batches: &mut self.batches,
             stats: &mut self.stats,
         };
-        let drawn = work.page.draw(reader, selection, &mut work.stitcher, subtree, settled, &mut mesh)?;
+        let drawn = work.page.draw(source, &mut work.stitcher, subtree, settled, &mut mesh)?;
         if !drawn {
             self.indices.truncate(before.0);
             self.clusters.truncate(before.1);

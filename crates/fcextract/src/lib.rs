@@ -30,6 +30,7 @@ mod copies;
 mod corners;
 mod count;
 mod criterion;
+mod eager;
 mod epsilon;
 mod error;
 mod extra;

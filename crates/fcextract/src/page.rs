@@ -5,11 +5,12 @@
 
 use crate::batch::{BATCH_TRIANGLES, Batch};
 use crate::criterion::{Criterion, Everywhere, Seen};
-use crate::extraction::Stats;
+use crate::eager::Table;
+use crate::extraction::{Source, Stats};
 use crate::part::{Settled, Sight};
 use crate::stitch::{PagePolygon, Stitcher};
-use crate::{Error, Selection, Tolerance};
-use fct::{Branch, Page, Reader, Subtree};
+use crate::{Error, Tolerance};
+use fct::{Branch, Page, Subtree};
 
 /// Draws pages; keeps its memory from one to the next.
 #[derive(Debug, Default)]
@@ -17,6 +18,8 @@ pub(crate) struct PageWalk {
     stack: Vec<(Branch, Settled)>,
     /// The clusters of the cut in the page, in order.
     drawn: Vec<Branch>,
+    /// Branches to be divided into batches, and which of the clusters are in them.
+    waiting: Vec<(Branch, usize, usize)>,
     polygon: PagePolygon,
 }
 
@@ -31,18 +34,21 @@ pub(crate) struct Mesh<'a> {
 /// A page's indices may begin up to here: so many more, which none has, still have a number of 32 bits.
 const LAST_START: usize = (u32::MAX - (1 << 20)) as usize;
 
+/// From so many active vertices on, most of a page's memory is soon needed.
+const TOUCH_FROM: usize = 32;
+
 impl PageWalk {
     /// Appends what is drawn of a subtree that lies in a page; false if it does not lie in one, or if anything about the
     /// page is strange: then the mesh may hold a part.
     pub(crate) fn draw(
         &mut self,
-        reader: &Reader<'_>,
-        selection: &Selection,
+        source: &Source<'_>,
         stitcher: &mut Stitcher,
         subtree: &Subtree,
         settled: Settled,
         mesh: &mut Mesh<'_>,
     ) -> Result<bool, Error> {
+        let Source { reader, selection, .. } = source;
         let Some((page, root)) = reader.page(subtree) else { return Ok(false) };
         if mesh.indices.len() > LAST_START {
             return Ok(false);
@@ -58,16 +64,16 @@ impl PageWalk {
         let sound = if all {
             self.draw_faces(&page, root, mesh)
         } else if let Some(everywhere) = Everywhere::of(selection, settled) {
-            self.walk(&page, root, settled, &everywhere, mesh, &mut general)?
+            self.walk((&page, source.eager), (root, settled), &everywhere, mesh, &mut general)?
         } else if let Some(seen) = Seen::of(selection, &page, &root) {
-            self.walk(&page, root, settled, &seen, mesh, &mut general)?
+            self.walk((&page, source.eager), (root, settled), &seen, mesh, &mut general)?
         } else {
-            self.walk(&page, root, settled, selection, mesh, &mut general)?
+            self.walk((&page, source.eager), (root, settled), *selection, mesh, &mut general)?
         };
         mesh.stats.clusters += self.drawn.len() as u64;
         let starts = mesh.clusters.get(first_cluster..).unwrap_or_default();
         let end = mesh.indices.len() as u32 / 3;
-        Ok(sound.is_some() && divide(&page, root, &self.drawn, starts, end, mesh.batches).is_some())
+        Ok(sound.is_some() && self.divide(&page, root, starts, end, mesh.batches).is_some())
     }
 
     /// Draws all faces of a branch; none if some are not there.
@@ -90,17 +96,15 @@ impl PageWalk {
     /// something is not there.
     fn walk<C: Criterion>(
         &mut self,
-        page: &Page<'_>,
-        root: Branch,
-        settled: Settled,
+        (page, eager): (&Page<'_>, Option<&Table>),
+        root: (Branch, Settled),
         criterion: &C,
         mesh: &mut Mesh<'_>,
         general: &mut impl FnMut(&Branch, &mut Vec<u32>) -> Result<u64, Error>,
     ) -> Result<Option<()>, Error> {
-        page.touch();
         let mut is_ready = false;
         self.stack.clear();
-        self.stack.push((root, settled));
+        self.stack.push(root);
         while let Some((mut branch, mut settled)) = self.stack.pop() {
             // Left children are gone on with at once: half of the steps never wait.
             while branch.face_count() > 1 {
@@ -117,9 +121,14 @@ impl PageWalk {
                     }
                     Sight::Drawn => {
                         self.begin_cluster(branch, mesh);
-                        is_ready = is_ready || self.polygon.begin(page, criterion);
                         if !is_ready {
-                            return Ok(None);
+                            let Some(active) = self.polygon.begin(page, eager, criterion) else {
+                                return Ok(None);
+                            };
+                            is_ready = true;
+                            if active > TOUCH_FROM {
+                                page.touch();
+                            }
                         }
                         let Some(is_drawn) = self.polygon.draw(page, &branch, mesh) else {
                             return Ok(None);
@@ -139,50 +148,47 @@ impl PageWalk {
         }
         Ok(Some(()))
     }
-}
 
-/// Appends batches of the clusters drawn of a branch, which begin at the triangles `starts`; none if a branch has no
-/// children where it must.
-fn divide(
-    page: &Page<'_>,
-    root: Branch,
-    drawn: &[Branch],
-    starts: &[u32],
-    end: u32,
-    out: &mut Vec<Batch>,
-) -> Option<()> {
-    let start = |i: usize| starts.get(i).copied().unwrap_or(end);
-    // Every branch that waits has more triangles than a batch, and beside a waiting branch lies one that is drawn.
-    let mut waiting = [(root, 0, drawn.len()); 128];
-    let mut count = 1_usize;
-    while count > 0 {
-        count -= 1;
-        let (mut branch, mut first, mut last) = waiting[count];
-        while start(first) < start(last) {
-            let triangles = start(last) - start(first);
-            let batch =
-                |subtree| Batch { subtree, first_index: 3 * start(first), index_count: 3 * triangles };
-            if last - first == 1 {
-                out.push(batch(page.subtree(drawn.get(first)?)));
-                break;
-            }
-            let [left, right] = page.children(&branch)?;
-            let split = drawn.get(first..last)?.partition_point(|b| b.first_face() < right.first_face());
-            let middle = first + split;
-            if start(middle) == start(last) {
-                // Nothing is drawn on the right, so that the left is all there is.
-                (branch, last) = (left, middle);
-            } else if start(first) == start(middle) {
-                (branch, first) = (right, middle);
-            } else if triangles <= BATCH_TRIANGLES {
-                out.push(batch(page.subtree(&branch)));
-                break;
-            } else {
-                *waiting.get_mut(count)? = (right, middle, last);
-                count += 1;
-                (branch, last) = (left, middle);
+    /// Appends batches of the clusters drawn of a branch, which begin at the triangles `starts`; none if a branch has no
+    /// children where it must.
+    fn divide(
+        &mut self,
+        page: &Page<'_>,
+        root: Branch,
+        starts: &[u32],
+        end: u32,
+        out: &mut Vec<Batch>,
+    ) -> Option<()> {
+        let PageWalk { drawn, waiting, .. } = self;
+        let start = |i: usize| starts.get(i).copied().unwrap_or(end);
+        waiting.clear();
+        waiting.push((root, 0, drawn.len()));
+        while let Some((mut branch, mut first, mut last)) = waiting.pop() {
+            while start(first) < start(last) {
+                let triangles = start(last) - start(first);
+                let batch =
+                    |subtree| Batch { subtree, first_index: 3 * start(first), index_count: 3 * triangles };
+                if last - first == 1 {
+                    out.push(batch(page.subtree(drawn.get(first)?)));
+                    break;
+                }
+                let [left, right] = page.children(&branch)?;
+                let split = drawn.get(first..last)?.partition_point(|b| b.first_face() < right.first_face());
+                let middle = first + split;
+                if start(middle) == start(last) {
+                    // Nothing is drawn on the right, so that the left is all there is.
+                    (branch, last) = (left, middle);
+                } else if start(first) == start(middle) {
+                    (branch, first) = (right, middle);
+                } else if triangles <= BATCH_TRIANGLES {
+                    out.push(batch(page.subtree(&branch)));
+                    break;
+                } else {
+                    waiting.push((right, middle, last));
+                    (branch, last) = (left, middle);
+                }
             }
         }
+        Some(())
     }
-    Some(())
 }

@@ -31,6 +31,17 @@ pub struct Perspective {
     pub corner_cos: f64,
 }
 
+/// What a view allows around a sphere, but for rounding.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near {
+    /// No less than in any sphere that has a point in common with this one.
+    pub(crate) most: f64,
+    /// No more than in the sphere, and in any that lies in it.
+    pub(crate) least: f64,
+    /// The same for a sphere that is larger.
+    pub(crate) least_wider: f64,
+}
+
 impl Tolerance {
     /// Whether something with this key and bounding sphere (a centre and a radius, asked for where they matter) must be
     /// refined: the key may be over the tolerance somewhere in the sphere.
@@ -104,27 +115,36 @@ impl Perspective {
         self.slope * nearest * cos_farthest * cos_farthest
     }
 
-    /// No less than what is allowed in any sphere that has a point in common with this one, but for rounding.
+    /// What is allowed in and around a sphere, without looking closely. The cosine of the corner must not be negative.
     ///
-    /// The nearest point of such a sphere is no farther than the farthest of this one, and the angle of its farthest no
-    /// smaller than the smallest here. The cosine of the corner must not be negative.
-    pub(crate) fn most(&self, center: DVec3, radius: f64) -> f64 {
+    /// The nearest point of a sphere that has a point in common with this one is no farther than the farthest of this one,
+    /// and the angle of its farthest no smaller than the smallest here.
+    pub(crate) fn near(&self, center: DVec3, radius: f64, wider: f64) -> Near {
         let to_center = center - self.eye;
         let distance = to_center.length();
+        let per_distance = 1.0 / distance;
+        let sin_sphere = radius * per_distance;
+        // Of a sphere so many times as large.
+        let nearest = |times: f64| self.slope * (distance - times * radius).max(0.0);
         let farthest = self.slope * (distance + radius);
-        let sin_sphere = radius / distance;
-        if self.axis == DVec3::ZERO || sin_sphere.is_nan() || sin_sphere >= 1.0 {
-            return farthest;
+        if self.axis == DVec3::ZERO {
+            return Near { most: farthest, least: nearest(1.0), least_wider: nearest(wider) };
         }
-        // cos(angle to the centre - asin(r / d)), or 1 where the axis goes through the sphere.
-        let cos = (to_center.dot(self.axis) / distance).clamp(-1.0, 1.0);
-        let cos_sphere = ((1.0 - sin_sphere) * (1.0 + sin_sphere)).sqrt();
-        if cos >= cos_sphere {
-            return farthest;
-        }
+        let cos = (to_center.dot(self.axis) * per_distance).clamp(-1.0, 1.0);
         let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
-        let cos_nearest = (cos * cos_sphere + sin * sin_sphere).max(self.corner_cos).min(1.0);
-        farthest * cos_nearest * cos_nearest
+        // cos(angle to the centre +- b) = cos cos b -+ sin sin b, without the root that gives cos b by sin b: it is no less
+        // than 1 - x / 2 - x x / 2 with x = sin b sin b, and no more than 1.
+        let least = |times: f64| {
+            let sin_sphere = times * sin_sphere;
+            let x = sin_sphere * sin_sphere;
+            let along = cos.max(0.0) * (1.0 - 0.5 * (x + x * x)) + cos.min(0.0);
+            let cos_farthest = (along - sin * sin_sphere).max(self.corner_cos);
+            let cos_farthest = if x < 1.0 { cos_farthest } else { self.corner_cos };
+            nearest(times) * cos_farthest * cos_farthest
+        };
+        let cos_nearest = (cos.max(0.0) + sin * sin_sphere).max(self.corner_cos).min(1.0);
+        let most = if sin_sphere < 1.0 { farthest * cos_nearest * cos_nearest } else { farthest };
+        Near { most, least: least(1.0), least_wider: least(wider) }
     }
 
     /// Whether a length is more than what is allowed in a sphere: exactly what comparing it with [`Perspective::at`] says,
@@ -239,9 +259,15 @@ mod tests {
             let shared = from + outwards * radius * signed().abs();
             let other_radius = signed().abs();
             let other = shared + to * other_radius * signed().abs();
-            let (most, allowed) = (view.most(from, radius), view.at(other, other_radius));
+            let near = view.near(from, radius, 3.0);
+            let (most, allowed) = (near.most, view.at(other, other_radius));
             assert!(allowed <= most * (1.0 + 1e-9), "{allowed} of {most}");
             closest = closest.max(allowed / most);
+            for (least, times) in [(near.least, 1.0), (near.least_wider, 3.0)] {
+                let allowed = view.at(from, times * radius);
+                assert!(least <= allowed * (1.0 + 1e-9), "{least} of {allowed}");
+                assert!(least >= 0.94 * allowed, "{least} of {allowed}");
+            }
         }
         assert!(closest > 0.99, "{closest}");
     }

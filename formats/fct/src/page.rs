@@ -114,6 +114,18 @@ impl<'a> Reader<'a> {
 }
 
 impl<'a> Page<'a> {
+    /// Its number among the pages of the tree.
+    #[inline]
+    pub const fn number(&self) -> u32 {
+        self.index
+    }
+
+    /// All of it as a branch.
+    #[inline]
+    pub const fn whole(&self) -> Branch {
+        Branch { node: 0, first_face: 0, faces: self.record.faces, loops: 0 }
+    }
+
     /// Reads a byte of each line of memory that the nodes and loops take, for whoever goes down into the page.
     ///
     /// All lines at once come from the file, or from memory, far sooner than one by one as the walk finds its way.

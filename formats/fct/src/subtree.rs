@@ -39,6 +39,15 @@ impl Subtree {
         self.face_end.saturating_sub(self.first_face)
     }
 
+    /// The number of its root's record among the nodes above the pages, if that is where it stands.
+    #[inline]
+    pub const fn top(&self) -> Option<u32> {
+        match self.place {
+            Place::Top { record } => Some(record),
+            Place::Page { .. } => None,
+        }
+    }
+
     /// The subtree's part of an array with one element a face; empty if the array is too short.
     pub fn of<'a, T>(&self, per_face: &'a [T]) -> &'a [T] {
         match (to_index(self.first_face), to_index(self.face_end)) {

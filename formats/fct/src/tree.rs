@@ -1,7 +1,9 @@
 //! A `.fct` file opened for reading.
 
+use std::any::Any;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use zerocopy::{FromBytes, Immutable, KnownLayout, Unaligned};
 
@@ -29,6 +31,7 @@ pub struct Tree {
     meta: Meta,
     sections: Vec<SectionInfo>,
     spans: Spans,
+    derived: OnceLock<Box<dyn Any + Send + Sync>>,
 }
 
 impl Tree {
@@ -71,7 +74,8 @@ impl Tree {
     fn new(backing: Backing, path: &Path) -> Result<Self, Error> {
         let Container { header, meta, sections, spans } =
             Container::parse(backing.bytes()).map_err(|v| v.at(path))?;
-        Ok(Self { backing, path: path.to_owned(), header, meta, sections, spans })
+        let derived = OnceLock::new();
+        Ok(Self { backing, path: path.to_owned(), header, meta, sections, spans, derived })
     }
 
     /// Checks everything that [`Tree::open`] does not: hashes, padding, structure, values and geometry.
@@ -128,6 +132,18 @@ impl Tree {
     /// Whether the vertices say how they may be displaced where distances are promised: since version 1.2.
     pub fn promises_displaced(&self) -> bool {
         self.header.minor >= 2
+    }
+
+    /// What a program has derived from the tree and keeps beside it: made by `derive` when it is first asked for, on
+    /// whatever thread, and dropped with the tree. None if something of another type is kept there.
+    pub fn derived<T: Any + Send + Sync>(&self, derive: impl FnOnce() -> T) -> Option<&T> {
+        self.derived.get_or_init(|| Box::new(derive())).downcast_ref()
+    }
+
+    /// The number of nodes above the pages, and of pages.
+    pub fn top_and_page_counts(&self) -> (usize, usize) {
+        let reader = self.reader();
+        (reader.tops.len(), reader.pages.len())
     }
 
     /// The number of faces.

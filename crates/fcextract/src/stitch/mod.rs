@@ -15,6 +15,7 @@ mod triangulate;
 pub(crate) use page_polygon::PagePolygon;
 
 use crate::criterion::Boundary;
+use crate::eager::Table;
 use crate::{Error, Selection};
 use bridge::Bridge;
 use diagonals::{DIAGONALS_UP_TO, Diagonals};
@@ -55,12 +56,43 @@ impl Stitcher {
         node: &Node,
         out: &mut Vec<u32>,
     ) -> Result<u64, Error> {
-        let records = reader.vertices();
         reader.read_loops(subtree, &mut self.loops)?;
+        self.stitch(reader, &Boundary::of(selection, reader, node), subtree, node, out)
+    }
+
+    /// The same for a node above the pages, by what is known of it if anything is.
+    pub(crate) fn draw_top(
+        &mut self,
+        reader: &Reader<'_>,
+        selection: &Selection,
+        eager: Option<&Table>,
+        (subtree, node): (&Subtree, &Node),
+        out: &mut Vec<u32>,
+    ) -> Result<u64, Error> {
+        let Some((eager, top)) = eager.zip(subtree.top()) else {
+            return self.draw(reader, selection, subtree, node, out);
+        };
+        let boundary = Boundary::of(selection, reader, node);
+        if !eager.read_top(top, boundary.least, &mut self.loops) {
+            reader.read_loops(subtree, &mut self.loops)?;
+            eager.fill_top(top, node, reader.vertices(), &self.loops);
+        }
+        self.stitch(reader, &boundary, subtree, node, out)
+    }
+
+    /// Appends the triangles of a node whose loops were read.
+    fn stitch(
+        &mut self,
+        reader: &Reader<'_>,
+        boundary: &Boundary<'_>,
+        subtree: &Subtree,
+        node: &Node,
+        out: &mut Vec<u32>,
+    ) -> Result<u64, Error> {
+        let records = reader.vertices();
         let outline = &mut self.outline;
         outline.vertices.clear();
         outline.loop_ends.clear();
-        let boundary = Boundary::of(selection, reader, node);
         for ring in self.loops.iter() {
             let start = outline.vertices.len();
             outline.vertices.extend(ring.iter().copied().filter(|vertex| boundary.draws(*vertex)));

@@ -2,6 +2,7 @@
 
 use super::best::{BEST_UP_TO, Best};
 use crate::criterion::Criterion;
+use crate::eager::Table;
 use crate::page::Mesh;
 use fct::{Branch, Page};
 
@@ -50,15 +51,41 @@ impl Default for PagePolygon {
 }
 
 impl PagePolygon {
-    /// Looks all vertices of a page up; false if it has more than it may, or does not have what it says.
-    ///
-    /// That is sooner done than finding out which ones will be asked for: one after the other, without a guess that can
-    /// go wrong.
-    pub(crate) fn begin(&mut self, page: &Page<'_>, criterion: &impl Criterion) -> bool {
+    /// Looks the vertices of a page up that may be active, and counts those that are; none if it has more than it may,
+    /// or does not have what it says.
+    pub(crate) fn begin(
+        &mut self,
+        page: &Page<'_>,
+        eager: Option<&Table>,
+        criterion: &impl Criterion,
+    ) -> Option<usize> {
         self.state = [ABSENT; 256];
-        if page.vertex_count() > self.state.len() {
-            return false;
+        self.state.get_mut(..page.vertex_count())?.fill(0);
+        let least = criterion.least();
+        let mut active = 0;
+        let is_known = eager.is_some_and(|eager| {
+            eager.show_of_page(page, least, |local| {
+                active += usize::from(self.look_at(page, local, criterion));
+            })
+        });
+        if is_known { Some(active) } else { self.look_at_all(page, criterion) }
+    }
+
+    #[inline]
+    fn look_at(&mut self, page: &Page<'_>, local: u8, criterion: &impl Criterion) -> bool {
+        let Some((index, record)) = page.vertex(local) else { return false };
+        let local = usize::from(local);
+        let is_active = criterion.activates(index, record);
+        if is_active {
+            self.state[local] = 1;
+            self.vertex[local] = index;
+            [self.x[local], self.y[local], self.z[local]] = record.position().map(|c| c * page.per_quantum());
         }
+        is_active
+    }
+
+    /// Looks all vertices of a page up, one after the other, without a guess that can go wrong.
+    fn look_at_all(&mut self, page: &Page<'_>, criterion: &impl Criterion) -> Option<usize> {
         let (first, own) = page.own_vertices();
         let links = page.links();
         let (own_slots, other_slots) = self.vertex.split_at_mut(own.len().min(256));
@@ -79,15 +106,15 @@ impl PagePolygon {
             note(local, criterion.activates(first.wrapping_add(local as u32), record));
         }
         for (local, link) in links.iter().enumerate() {
-            let Some(record) = page.record_of_vertex(link.get()) else { return false };
+            let record = page.record_of_vertex(link.get())?;
             note(own.len() + local, criterion.activates(link.get(), record));
         }
         for &local in active.iter().take(count) {
             let local = usize::from(local);
-            let Some(record) = page.record_of_vertex(self.vertex[local]) else { return false };
+            let record = page.record_of_vertex(self.vertex[local])?;
             [self.x[local], self.y[local], self.z[local]] = record.position().map(|c| c * page.per_quantum());
         }
-        true
+        Some(count)
     }
 
     /// Appends the triangles of a node of two faces or more; false, and nothing, if it must be drawn the general way; none

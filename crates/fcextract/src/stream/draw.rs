@@ -4,6 +4,7 @@ use super::found::{Index, Vertices};
 use super::plan::{Piece, Step, Wish, pages_within, steps};
 use super::ready::Ready;
 use crate::extra::Extra;
+use crate::extraction::Source;
 use crate::part::{Part, Settled, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Extraction, Selection, Stats};
@@ -221,7 +222,7 @@ impl<'a> Walk<'a, '_> {
         let below = &mut out.scratch.below;
         below.clear();
         let part = Part { subtree: page.root(subtree.child), settled };
-        match below.append_from(&reader, self.selection, &part) {
+        match below.append_from(&Source { reader, selection: self.selection, eager: None }, &part) {
             Ok(()) => {}
             Err(error @ Error::Tree(_)) => {
                 out.damaged.push(Damaged { piece: wish.piece, error });
