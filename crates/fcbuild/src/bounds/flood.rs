@@ -7,7 +7,6 @@ use crate::arcs::loops::LAST;
 use crate::mesh::NONE;
 use crate::tree_order::TreeMesh;
 use glam::{DMat3, DVec2, DVec3};
-use std::ops::Range;
 
 /// Cosine of the steepest angle (72.5 degrees) at which a face still counts as surface under a polygon. Steeper ones
 /// raise slabs more than a corner costs that keeps the polygon away from them.
@@ -78,54 +77,63 @@ pub(super) struct Arc<'a> {
     pub(super) seen: &'a [Seen],
     /// The places where it starts and ends, on the first round or the second.
     pub(super) ends: (usize, usize),
-}
-
-impl Arc<'_> {
-    /// Whether the edge at a place of the loop, which is so long, is part of it.
-    #[inline]
-    fn has(&self, place: usize, len: usize) -> bool {
-        let (from, to) = self.ends;
-        [place, place + len].into_iter().any(|place| place >= from && place < to)
-    }
+    /// Places of other edges of the loop that come near the arc's hull, ascending.
+    pub(super) near: &'a [u32],
 }
 
 impl Flood {
     /// Widens the slab by what is seen in a hull of the surface beyond the border; false if some of it is steep, and left
-    /// out. `runs` are the stretches of the border that may come near the hull.
-    pub(super) fn look(
-        &mut self,
-        around: Around<'_>,
-        arc: Arc<'_>,
-        runs: impl Iterator<Item = Range<usize>>,
-        slab: &mut Slab,
-    ) -> bool {
+    /// out.
+    ///
+    /// The border itself lies in the slab.
+    pub(super) fn look(&mut self, around: Around<'_>, arc: Arc<'_>, slab: &mut Slab) -> bool {
         let Around { mesh, cluster, gaze, hull } = around;
         let Flood { reached, waiting, visited } = self;
         reached.clear();
         waiting.clear();
         let reach_at = |seen: Seen| Reached { seen, side: hull.side(seen.at) };
-        // The place after that of the last edge that was near: its start is reached.
-        let mut follows = None;
-        for run in runs {
-            for (place, ends) in run.clone().zip(arc.seen[run.start..=run.end].array_windows()) {
-                let [p, q] = ends;
-                if !hull.is_near(p.at, q.at) || hull.is_left() && arc.has(place, cluster.loops.len()) {
+        let n = cluster.loops.len();
+        // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
+        let beyond = |place: usize| {
+            let across = mesh.opposite[(cluster.loops[if place < n { place } else { place - n }] & !LAST) as usize];
+            (across != NONE).then_some(across)
+        };
+        let mut wait = |reached: &[Reached], half_edge: u32| {
+            let start = reached.len() as u32 - 2;
+            waiting.push(Waiting { half_edge, ends: [start + 1, start] });
+        };
+        if !hull.is_left() {
+            let (from, to) = arc.ends;
+            let mut follows = None;
+            for (place, [p, q]) in (from..to).zip(arc.seen[from..=to].array_windows()) {
+                if !hull.reaches_right(p.at, q.at) {
                     continue;
                 }
-                // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
-                let across = mesh.opposite[(cluster.loops[place] & !LAST) as usize];
-                if across == NONE {
-                    continue;
-                }
+                let Some(across) = beyond(place) else { continue };
                 if follows != Some(place) {
-                    reached.push(reach_at(*p));
+                    reached.push(Reached { seen: *p, side: Side::WITHIN });
                 }
                 follows = Some(place + 1);
-                let from = reached.len() - 1;
-                reached.push(reach_at(*q));
-                if reach(hull, &reached[from], &reached[from + 1], slab) {
-                    waiting.push(Waiting { half_edge: across, ends: [from as u32 + 1, from as u32] });
-                }
+                reached.push(Reached { seen: *q, side: Side::WITHIN });
+                wait(reached, across);
+            }
+        }
+        // The place after that of the last edge that was near: its start is reached.
+        let mut follows = None;
+        for &place in arc.near {
+            let place = place as usize;
+            let Some(across) = beyond(place) else { continue };
+            if follows != Some(place) {
+                reached.push(reach_at(arc.seen[place]));
+            }
+            follows = Some(place + 1);
+            reached.push(reach_at(arc.seen[place + 1]));
+            if let [.., from, to] = reached[..]
+                && hull
+                    .clip((from.seen.at, from.side), (to.seen.at, to.side))
+                    .is_some_and(|part| goes_beyond(hull, &from, &to, part))
+            {
+                wait(reached, across);
             }
         }
         if waiting.is_empty() {
@@ -188,6 +196,12 @@ fn reach(hull: &Hull, from: &Reached, to: &Reached, slab: &mut Slab) -> bool {
             slab.add(from.seen.height + (to.seen.height - from.seen.height) * share);
         }
     }
+    goes_beyond(hull, from, to, (start, end))
+}
+
+/// Whether some of the hull lies to the right of an edge, of which a part lies in the hull.
+#[inline]
+fn goes_beyond(hull: &Hull, from: &Reached, to: &Reached, (start, end): (f64, f64)) -> bool {
     let crosses = from.side.is_deep() || to.side.is_deep();
     crosses || (start < end && hull.reaches_right(from.seen.at, to.seen.at))
 }

@@ -1,6 +1,6 @@
 //! Convex hulls in the plane.
 
-use glam::DVec2;
+use glam::{DVec2, Vec4};
 
 /// A convex polygon, counter-clockwise, without corners on its edges; of fewer than three corners if it has no inside.
 /// One of very many corners is clipped to, and holds, a little more than what is in it.
@@ -26,9 +26,9 @@ struct Edge {
 }
 
 impl Edge {
-    /// An edge of a hull that is so far across.
+    /// An edge of a hull that is at most so far across.
     fn new(start: DVec2, along: DVec2, across: f64) -> Edge {
-        Edge { start, along, rounding: ROUNDING * along.length() * across }
+        Edge { start, along, rounding: ROUNDING * (along.x.abs() + along.y.abs()) * across }
     }
 
     /// Positive for points to the left, inside.
@@ -93,6 +93,9 @@ pub(super) struct Side {
 }
 
 impl Side {
+    /// Of points that the hull was made of.
+    pub(super) const WITHIN: Side = Side { beyond: 0, is_deep: false };
+
     /// Whether it lies inside or on an edge.
     #[inline]
     pub(super) fn is_in(self) -> bool {
@@ -113,18 +116,19 @@ const MOST_EDGES: usize = 64;
 const ROUNDING: f64 = 1e-12;
 
 impl Hull {
-    /// Makes it the hull of points.
+    /// Makes it the hull of points. Its edges are found by [`Hull::find_edges`], once they are needed.
     pub(super) fn surround(&mut self, points: impl Iterator<Item = DVec2>) {
-        let Hull { points: sorted, corners, .. } = self;
+        let Hull { points: sorted, corners, edges, .. } = self;
         sorted.clear();
         sorted.extend(points);
         corners.clear();
+        edges.clear();
         self.is_left = false;
         let turn = if let [a, b, c, ..] = sorted[..] { (b - a).perp_dot(c - a) } else { 0.0 };
         if turn < 0.0 {
             sorted.reverse();
         }
-        if turn != 0.0 && sorted.len() <= MOST_TURNS && turns_left(sorted) {
+        if turn != 0.0 && (sorted.len() == 3 || sorted.len() <= MOST_TURNS && turns_left(sorted)) {
             // Most arcs bend to one side.
             self.is_left = turn > 0.0;
             corners.extend_from_slice(sorted);
@@ -135,21 +139,25 @@ impl Hull {
         }
         self.low = corners.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
         self.high = corners.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
-        self.find_edges();
     }
 
-    fn find_edges(&mut self) {
+    /// Finds its edges, if that has not been done: before points are looked at.
+    pub(super) fn find_edges(&mut self) {
         let Hull { corners, edges, fours, low, high, .. } = self;
-        // The diagonal of its box.
-        let across = (*high - *low).length();
+        if !edges.is_empty() {
+            return;
+        }
+        // No less than the diagonal of its box.
+        let size = *high - *low;
+        let across = size.x + size.y;
         let edge = |start: DVec2, along: DVec2| Edge::new(start, along, across);
-        edges.clear();
         if let (Some(first), Some(last)) = (corners.first(), corners.last()) {
             edges.extend(corners.array_windows().map(|[u, v]| edge(*u, *v - *u)));
             edges.push(edge(*last, *first - *last));
         }
         if edges.len() > MOST_EDGES {
             // Fewer edges hold more: the long ones, some of the others, and the box.
+            let across = size.length();
             let step = edges.len().div_ceil(MOST_EDGES / 2);
             let mut number = 0;
             edges.retain(|edge| {
@@ -174,12 +182,20 @@ impl Hull {
         self.is_left
     }
 
+    /// Right, upper, left and lower side of its box in single precision, the latter two with the other sign.
+    pub(super) fn limits(&self) -> Vec4 {
+        let (low, high) = (self.low.as_vec2(), self.high.as_vec2());
+        Vec4::new(high.x, high.y, -low.x, -low.y)
+    }
+
     /// Whether a point lies inside, not on an edge.
     #[inline]
-    pub(super) fn holds(&self, p: DVec2) -> bool {
-        p.cmpgt(self.low).all()
-            && p.cmplt(self.high).all()
-            && self.edges.iter().all(|edge| is_left(edge.along, p - edge.start))
+    pub(super) fn holds(&mut self, p: DVec2) -> bool {
+        if !(p.cmpgt(self.low).all() && p.cmplt(self.high).all()) {
+            return false;
+        }
+        self.find_edges();
+        self.edges.iter().all(|edge| is_left(edge.along, p - edge.start))
     }
 
     /// On which side of its edges a point lies.
@@ -296,6 +312,7 @@ mod tests {
                 let points = random_points(n, &mut state);
                 let mut hull = Hull::default();
                 hull.surround(points.iter().copied());
+                hull.find_edges();
                 if !hull.has_area() {
                     continue;
                 }
@@ -326,6 +343,7 @@ mod tests {
             .collect();
         let mut hull = Hull::default();
         hull.surround(round.iter().copied());
+        hull.find_edges();
         let is_in = |p: DVec2| hull.side(p).is_in();
         assert!(round.iter().all(|p| is_in(*p * 0.999_999)));
         assert!(!round.iter().any(|p| is_in(*p * 1.05)));

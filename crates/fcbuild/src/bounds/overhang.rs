@@ -13,7 +13,7 @@ use super::slab::Slab;
 use crate::arcs::loops::LAST;
 use crate::tree_order::TreeMesh;
 use fcgeom::distance_to_segment;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec4};
 use std::ops::Range;
 
 /// An arc over a steep place is left as it is if that raises the cluster's bound to at most so many times the height of
@@ -34,8 +34,12 @@ const DEEP: f64 = 0.5;
 pub(super) struct Overhang {
     /// Of the border's vertices, twice around: where they are seen.
     seen: Vec<Seen>,
-    /// Boxes around runs of [`RUN`] edges of the border.
-    runs: Vec<(DVec2, DVec2)>,
+    /// The same as four numbers each, see [`spot`].
+    spots: Vec<Vec4>,
+    /// The least of the spots of runs of [`RUN`] edges of the border.
+    runs: Vec<Vec4>,
+    /// Places of edges of the border that come near the hull of an arc, without those of the arc.
+    near: Vec<u32>,
     /// Places on the border of the corners, ascending from the first one; the last is the first again, a turn on.
     corners: Vec<usize>,
     /// Half-edges that start at vertices to be corners too.
@@ -79,17 +83,17 @@ impl Border<'_> {
 /// Edges of a border in one run: a hull that is far from a run is far from all of them.
 const RUN: usize = 16;
 
-fn box_of(run: &[Seen]) -> (DVec2, DVec2) {
-    let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    run.iter().fold(empty, |(low, high), seen| (low.min(seen.at), high.max(seen.at)))
-}
+/// A border of no more edges is not divided into runs.
+const FEW: usize = 2 * RUN;
 
-/// The places of a border of `n` in the runs that come near a hull, run by run.
+/// Where a point is seen as what can be compared at once with all four sides of a box: the larger, the farther to the
+/// right and up, and to the left and down.
+///
+/// Rounding to single precision keeps the order: what is greater when rounded is greater.
 #[inline]
-fn near<'a>(runs: &'a [(DVec2, DVec2)], hull: &'a Hull, n: usize) -> impl Iterator<Item = Range<usize>> + 'a {
-    let is_near = |(_, (low, high)): &(usize, &(DVec2, DVec2))| hull.is_near(*low, *high);
-    let places = move |(run, _): (usize, _)| RUN * run..n.min(RUN * run + RUN);
-    runs.iter().enumerate().filter(is_near).map(places)
+fn spot(at: DVec2) -> Vec4 {
+    let at = at.as_vec2();
+    Vec4::new(at.x, at.y, -at.x, -at.y)
 }
 
 impl Overhang {
@@ -112,8 +116,14 @@ impl Overhang {
             self.seen.clear();
             self.seen.extend((0..n).map(|place| gaze.see(border.position(place))));
             self.seen.extend_from_within(..);
+            self.spots.clear();
+            self.spots.extend(self.seen.iter().map(|seen| spot(seen.at)));
             self.runs.clear();
-            self.runs.extend((0..n).step_by(RUN).map(|first| box_of(&self.seen[first..=n.min(first + RUN)])));
+            if n > FEW {
+                let least = |run: &[Vec4]| run.iter().fold(Vec4::INFINITY, |least, spot| least.min(*spot));
+                let runs = (0..n).step_by(RUN).map(|first| least(&self.spots[first..=n.min(first + RUN)]));
+                self.runs.extend(runs);
+            }
             self.corners.push(self.corners[0] + n);
             self.widen_by_arcs(&border, gaze, slab, above);
         }
@@ -140,15 +150,19 @@ impl Overhang {
                 i += 1;
                 continue;
             }
-            if gets_corners && self.is_tangled(i, n, DEEP * height) {
+            if self.find_near(i, n, gets_corners.then_some(DEEP * height)) {
                 self.add_corner(border, i + 1, border.farthest(from, to));
                 continue;
             }
+            if self.hull.is_left() && self.near.is_empty() {
+                i += 1;
+                continue;
+            }
+            self.hull.find_edges();
             let mut wide = *slab;
             let around = Around { mesh: border.mesh, cluster: border.at, gaze, hull: &self.hull };
-            let runs = near(&self.runs, &self.hull, n);
-            let arc = Arc { seen: &self.seen, ends: (from, to) };
-            if !self.flood.look(around, arc, runs, &mut wide) {
+            let arc = Arc { seen: &self.seen, ends: (from, to), near: &self.near };
+            if !self.flood.look(around, arc, &mut wide) {
                 let arc = self.seen[from..=to].iter().map(|seen| seen.height);
                 let distance = self.aside(from, to).hypot(narrow.reach(arc));
                 if distance > raise_up_to {
@@ -162,33 +176,55 @@ impl Overhang {
         }
     }
 
-    /// Whether a vertex of the border is seen in the hull of an arc that does not meet it: if none is, then chains of
-    /// different arcs do not cross, and the polygon does not overlap itself. Arcs that meet mostly reach into each other's
-    /// hulls near their common corner; there a vertex counts that lies beyond the chord by more than `deep`.
-    fn is_tangled(&self, arc: usize, n: usize, deep: f64) -> bool {
-        let count = self.corners.len() - 1;
-        let corner = |i: usize| if i < count { self.corners[i] } else { self.corners[i - count] + n };
+    /// Finds the edges of the border that come near the hull of an arc, and whether the arc is tangled, which ends it.
+    ///
+    /// It is if a vertex of an arc that does not meet it is seen in its hull: if none is, then chains of different arcs do
+    /// not cross, and the polygon does not overlap itself. Arcs that meet mostly reach into each other's hulls near their
+    /// common corner; there a vertex counts that lies beyond the chord by more than `deep`. Not asked without that.
+    fn find_near(&mut self, arc: usize, n: usize, deep: Option<f64>) -> bool {
+        let Overhang { seen, spots, runs, near, corners, hull, .. } = self;
+        let count = corners.len() - 1;
+        // Places count from the turn in which the arc starts.
+        let turn = if corners[arc] < n { 0 } else { n };
+        let corner = |i: usize| if i < count { corners[i] - turn } else { corners[i - count] + n - turn };
         let (from, to) = (corner(arc), corner(arc + 1));
-        let (a, b) = (self.seen[from].at, self.seen[to].at);
-        let beyond = -deep * (b - a).length();
         // The ends of the arcs before and after.
         let next = corner(arc + 2).min(from + n);
         let last = corner(arc + count - 1).max(to);
-        // Of places counted from the arc on, which may start a turn on.
-        let turn = if from < n { 0 } else { n };
-        let is_in_the_way = |place: usize| {
-            let p = self.seen[place - turn].at;
-            let meets = place <= next || place >= last;
-            self.hull.holds(p) && (!meets || (b - a).perp_dot(p - a) < beyond)
+        let (a, b) = (seen[from].at, seen[to].at);
+        let limits = hull.limits();
+        let beyond = |spot: Vec4| spot.cmpgt(limits).bitmask();
+        near.clear();
+        let mut is_tangled = |edges: Range<usize>| {
+            let mut before = beyond(spots[edges.start]);
+            for (place, spot) in (edges.start + 1..).zip(&spots[edges.start + 1..=edges.end]) {
+                let here = beyond(*spot);
+                if before & here == 0 && hull.is_near(seen[place - 1].at, seen[place].at) {
+                    near.push(place as u32 - 1);
+                }
+                before = here;
+                if here == 0
+                    && place < from + n
+                    && let Some(deep) = deep
+                {
+                    let p = seen[place].at;
+                    let meets = place <= next || place >= last;
+                    let is_aside = || (b - a).perp_dot(p - a) < -deep * (b - a).length();
+                    if hull.holds(p) && (!meets || is_aside()) {
+                        return true;
+                    }
+                }
+            }
+            false
         };
-        if n <= 2 * RUN {
-            return (to + 1..from + n).any(is_in_the_way);
+        if runs.is_empty() {
+            return is_tangled(to..from + n);
         }
-        near(&self.runs, &self.hull, n).any(|mut run| {
-            run.any(|place| {
-                let place = place + turn;
-                let place = if place <= to { place + n } else { place };
-                place > to && place < from + n && is_in_the_way(place)
+        let near_runs = runs.iter().enumerate().filter(|(_, least)| !least.cmpgt(limits).any());
+        near_runs.map(|(run, _)| RUN * run..n.min(RUN * run + RUN)).any(|run| {
+            [run.clone(), run.start + n..run.end + n].into_iter().any(|run| {
+                let others = run.start.max(to)..run.end.min(from + n);
+                !others.is_empty() && is_tangled(others)
             })
         })
     }
