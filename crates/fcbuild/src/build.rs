@@ -202,7 +202,7 @@ fn build_prepared(
         }
     };
     let hierarchy = partition::partition(&mesh, &components, options.split, &counter(Phase::Partition));
-    meta.depth = hierarchy.depth();
+    meta.depth = hierarchy.depth;
     if hierarchy.mode != options.split {
         meta.split = hierarchy.mode.as_str().to_owned();
         let message = "merging made a tree deeper than the format allows; it was split from the top instead";
@@ -226,7 +226,7 @@ fn build_prepared(
         component.par_iter_mut().zip(&hierarchy.order).for_each(|(own, &f)| *own = of_face[f as usize]);
     }
     drop(components);
-    let Hierarchy { splits, order, mode } = hierarchy;
+    let Hierarchy { splits, order, mode, .. } = hierarchy;
     let mut mesh = TreeMesh::new(mesh, order);
     let mut loops = Loops::of(&mesh, &splits);
     clock.lap(Phase::Boundaries);

@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::thread;
 
 use zerocopy::IntoBytes;
 
@@ -116,14 +117,26 @@ impl Writer {
             .map_err(|found| Error::limit(&target, found, format!("{MAX_META_LEN} bytes")))?;
 
         let payloads = payloads_of(data, &meta);
-        let sections = place(&payloads)
+        let mut sections = place(&payloads)
             .ok_or_else(|| Error::limit(&target, "a file of 2^64 bytes or more", "2^64 bytes"))?;
-        let content_id = hash128_of(payloads.iter().map(|(_, bytes)| *bytes));
         let bytes = sections.last().map_or(0, SectionInfo::end);
+        let head_len = head_len(sections.len()).unwrap_or(0);
+        let what = format!("cannot write the {bytes} bytes of the file");
+        // The disk's share and the processor's at once.
+        let (hashes, written) = thread::scope(|scope| {
+            let hashing = thread::Builder::new().spawn_scoped(scope, || Hashes::of(&payloads));
+            let written = write_sections(self.pending.file_mut(), head_len, &sections, &payloads);
+            let hashes = hashing.ok().and_then(|hashing| hashing.join().ok());
+            (hashes.unwrap_or_else(|| Hashes::of(&payloads)), written)
+        });
+        for (section, hash) in sections.iter_mut().zip(hashes.of_sections) {
+            section.hash = hash;
+        }
+        let content_id = hashes.content_id;
         let head = head_of(data, &sections, content_id, source_id, bytes);
-
-        write_out(self.pending.file_mut(), &head, &sections, &payloads)
-            .map_err(Error::io(&target, format!("cannot write the {bytes} bytes of the file")))?;
+        written
+            .and_then(|()| write_head(self.pending.file_mut(), &head))
+            .map_err(Error::io(&target, what))?;
         self.pending.sync()?;
         // Catches mistakes of ours and of the disk while the old file is still in its place.
         let reopened = Tree::open_as(self.pending.temporary_path(), &target)?;
@@ -206,7 +219,7 @@ fn payloads_of<'a>(data: &TreeData<'a>, meta: &'a [u8]) -> Vec<Payload<'a>> {
     payloads
 }
 
-/// Gives every section its place and its hash, or none if the file would be too long for a file.
+/// Gives every section its place but no hash yet, or none if the file would be too long for a file.
 fn place(payloads: &[Payload<'_>]) -> Option<Vec<SectionInfo>> {
     let mut end = head_len(payloads.len())?;
     let mut sections = Vec::with_capacity(payloads.len());
@@ -223,7 +236,7 @@ fn place(payloads: &[Payload<'_>]) -> Option<Vec<SectionInfo>> {
             elem_size,
             elem_count: length.checked_div(u64::from(elem_size))?,
             align_log2: ALIGN_LOG2,
-            hash: hash64(bytes),
+            hash: 0,
         });
     }
     Some(sections)
@@ -266,26 +279,43 @@ fn head_of(
     head
 }
 
-/// Zeros in the header's place first and the header last: until the end the file is not one.
-fn write_out(
+/// What tells the contents of a file.
+struct Hashes {
+    of_sections: Vec<u64>,
+    content_id: u128,
+}
+
+impl Hashes {
+    fn of(payloads: &[Payload<'_>]) -> Hashes {
+        Hashes {
+            of_sections: payloads.iter().map(|(_, bytes)| hash64(bytes)).collect(),
+            content_id: hash128_of(payloads.iter().map(|(_, bytes)| *bytes)),
+        }
+    }
+}
+
+/// Zeros in the header's place and all sections: until the header is there the file is not one.
+fn write_sections(
     file: &mut File,
-    head: &[u8],
+    head_len: u64,
     sections: &[SectionInfo],
     payloads: &[Payload<'_>],
 ) -> io::Result<()> {
     let mut out = BufWriter::with_capacity(1 << 20, file);
-    let mut at = u64::try_from(head.len()).map_err(io::Error::other)?;
-    out.write_all(&vec![0; head.len()])?;
+    let zeros = |len: u64| usize::try_from(len).map(|len| vec![0; len]).map_err(io::Error::other);
+    out.write_all(&zeros(head_len)?)?;
+    let mut at = head_len;
     for (section, (_, bytes)) in sections.iter().zip(payloads) {
-        let padding = section.offset.saturating_sub(at);
-        let padding = usize::try_from(padding).map_err(io::Error::other)?;
-        out.write_all(&vec![0; padding])?;
+        out.write_all(&zeros(section.offset.saturating_sub(at))?)?;
         out.write_all(bytes)?;
         at = section.end();
     }
-    out.seek(SeekFrom::Start(0))?;
-    out.write_all(head)?;
     out.flush()
+}
+
+fn write_head(file: &mut File, head: &[u8]) -> io::Result<()> {
+    file.seek(SeekFrom::Start(0))?;
+    file.write_all(head)
 }
 
 /// A sum too large for the format is the user's to know about; counts that contradict each other are a mistake of the caller's.

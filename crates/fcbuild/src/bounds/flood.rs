@@ -95,7 +95,8 @@ impl Flood {
         let n = cluster.loops.len();
         // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
         let beyond = |place: usize| {
-            let across = mesh.opposite[(cluster.loops[if place < n { place } else { place - n }] & !LAST) as usize];
+            let across =
+                mesh.opposite[(cluster.loops[if place < n { place } else { place - n }] & !LAST) as usize];
             (across != NONE).then_some(across)
         };
         let mut wait = |reached: &[Reached], half_edge: u32| {

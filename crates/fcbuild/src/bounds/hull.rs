@@ -65,14 +65,13 @@ struct Four {
 
 impl Four {
     fn of(edges: &[Edge]) -> Four {
-        let none = Edge { start: DVec2::ZERO, along: DVec2::ZERO, rounding: -1.0 };
-        let edge = |i: usize| edges.get(i).copied().unwrap_or(none);
-        let each = |value: fn(Edge) -> f64| std::array::from_fn(|i| value(edge(i)));
-        Four {
-            start: [each(|e| e.start.x), each(|e| e.start.y)],
-            along: [each(|e| e.along.x), each(|e| e.along.y)],
-            rounding: each(|e| e.rounding),
+        let mut four = Four { start: [[0.0; 4]; 2], along: [[0.0; 4]; 2], rounding: [-1.0; 4] };
+        for (i, edge) in edges.iter().enumerate().take(4) {
+            (four.start[0][i], four.start[1][i]) = edge.start.into();
+            (four.along[0][i], four.along[1][i]) = edge.along.into();
+            four.rounding[i] = edge.rounding;
         }
+        four
     }
 
     /// [`Edge::cross`] of each.

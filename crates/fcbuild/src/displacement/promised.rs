@@ -72,9 +72,9 @@ pub(crate) fn share_out(tree: ClusterTree<'_>, shares: &[AtomicU8], displaced: &
     for (v, w) in mesh.weld.iter().enumerate().filter(|(v, w)| *v != **w as usize) {
         shares[*w as usize].fetch_min(shares[v].load(Ordering::Relaxed), Ordering::Relaxed);
     }
-    for (own, w) in displaced.iter_mut().zip(&mesh.weld) {
+    displaced.par_iter_mut().zip(&mesh.weld).for_each(|(own, w)| {
         *own = own.with_share(shares[*w as usize].load(Ordering::Relaxed));
-    }
+    });
 }
 
 fn of_whole(share: u8) -> f64 {

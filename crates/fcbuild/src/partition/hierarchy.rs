@@ -44,20 +44,15 @@ pub struct Hierarchy {
     pub order: Vec<u32>,
     /// How it was made: as asked, or by [`SplitMode::Paper`] where merging made it too deep.
     pub mode: SplitMode,
-}
-
-impl Hierarchy {
     /// Length of the longest path from the root to a face, counted in edges.
-    pub fn depth(&self) -> u32 {
-        depth(&self.splits)
-    }
+    pub depth: u32,
 }
 
 /// Below this many nodes a subtree stays on one thread.
 const SERIAL_BELOW: usize = 1 << 14;
 
 /// The depth of a tree by its nodes.
-fn depth(splits: &[Split]) -> u32 {
+pub(super) fn depth(splits: &[Split]) -> u32 {
     if splits.len() >= SERIAL_BELOW {
         // A subtree of n faces has n - 1 nodes.
         let (left, right) = splits[1..].split_at(splits[0].left_faces as usize - 1);

@@ -1,7 +1,7 @@
 //! The top of the tree: virtual nodes that join the components of a mesh.
 
 use super::cluster::{Job, Patch, Room, SERIAL_BELOW, Scratch, Shape, split_down};
-use super::hierarchy::{Hierarchy, Split};
+use super::hierarchy::{Hierarchy, Split, depth};
 use super::side::Side;
 use super::{SplitMode, balance};
 use crate::mesh::{Components, Mesh, NONE};
@@ -68,7 +68,8 @@ pub(super) fn join_components(
         let sizes: Vec<usize> = list.iter().map(|&c| components.faces_of(c as usize).len()).collect();
         descend(Job { mode, progress }, &joins, &sizes, 0, room);
     }
-    Hierarchy { splits, order, mode }
+    let depth = depth(&splits);
+    Hierarchy { splits, order, mode, depth }
 }
 
 /// The components in the order of the tree's leaves, and in preorder how many of them each join has left.

@@ -65,10 +65,10 @@ pub(super) fn merge_all(
     let mut round = Round::default();
     forest.add(&last, &mut round);
     drop(last);
-    let root = forest.join(components, &round.clusters)?;
+    let (root, depth) = forest.join(components, &round.clusters)?;
     let (splits, order) = forest::lay_out(&forest.merges, root, faces);
     let mode = if rule == Rule::Quality { SplitMode::Quality } else { SplitMode::Merge };
-    Some(Hierarchy { splits, order, mode })
+    Some(Hierarchy { splits, order, mode, depth })
 }
 
 /// All merges so far.
@@ -200,14 +200,15 @@ impl Forest {
         round.now.extend(cell.now.iter().map(|c| c + first_cluster));
     }
 
-    /// Joins the trees of all components; none if the tree is too deep.
-    fn join(&mut self, components: &Components, roots: &[Cluster]) -> Option<u32> {
+    /// Joins the trees of all components: the root and the depth of the tree; none if it is too deep.
+    fn join(&mut self, components: &Components, roots: &[Cluster]) -> Option<(u32, u32)> {
         let mut of_component: Vec<&Cluster> = roots.iter().collect();
         of_component.sort_by_key(|c| c.component);
         let (list, joins) = top::order(components);
         // The joins are in preorder: those of a right side follow all those of the left.
         let mut stack = vec![Join::Open { low: 0, high: list.len(), join: 0, depth: 0 }];
         let mut done: Vec<u32> = Vec::new();
+        let mut deepest = 0;
         while let Some(step) = stack.pop() {
             match step {
                 Join::Open { low, high, join, depth } if high - low > 1 => {
@@ -223,7 +224,8 @@ impl Forest {
                 }
                 Join::Open { low, depth, .. } => {
                     let root = of_component.get(*list.get(low)? as usize)?;
-                    if depth + root.depth > DEPTH_LIMIT {
+                    deepest = deepest.max(depth + root.depth);
+                    if deepest > DEPTH_LIMIT {
                         return None;
                     }
                     done.push(root.root);
@@ -236,7 +238,7 @@ impl Forest {
                 }
             }
         }
-        done.pop()
+        Some((done.pop()?, deepest))
     }
 
     fn faces_of(&self, reference: u32) -> u32 {

@@ -1,6 +1,7 @@
 use super::*;
 use crate::import::{Positions, Soup, Tally};
 use crate::mesh::Weld;
+use crate::partition::hierarchy::depth;
 use crate::partition::partition;
 
 /// A bumpy sheet of `n` by `n` quads.
@@ -79,7 +80,8 @@ fn trees_hold_every_face_once_in_connected_clusters_for_any_number_of_threads() 
         assert!(order.iter().copied().eq(0..mesh.faces.len() as u32));
         assert_connected(&mesh, &tree);
         // Noise is the worst there is: flat islands in a rough sea.
-        assert!(tree.depth() <= DEPTH_LIMIT, "{rule:?}: {}", tree.depth());
+        assert!(tree.depth <= DEPTH_LIMIT, "{rule:?}: {}", tree.depth);
+        assert_eq!(tree.depth, depth(&tree.splits));
         let again = build(3);
         assert_eq!((tree.order, tree.splits), (again.order, again.splits));
     }
@@ -124,7 +126,8 @@ fn components_are_joined_and_a_soup_of_triangles_is_a_tree_of_joins() {
     assert_eq!(components.len(), 300);
     let tree = merge_all(&mesh, &components, Rule::Quality, &|_| ()).unwrap();
     assert!(tree.splits.iter().all(|s| s.joins_components && s.key == f32::INFINITY));
-    assert!(tree.depth() <= 10);
+    assert!(tree.depth <= 10);
+    assert_eq!(tree.depth, depth(&tree.splits));
 }
 
 /// A flat strip has nothing but ties: it must not become a comb.
@@ -136,7 +139,7 @@ fn ties_make_even_trees() {
     let mesh = mesh_of(&positions, triangles.collect());
     let components = Components::of(&mesh);
     for rule in [Rule::Quality, Rule::Garland] {
-        let depth = merge_all(&mesh, &components, rule, &|_| ()).unwrap().depth();
+        let depth = merge_all(&mesh, &components, rule, &|_| ()).unwrap().depth;
         assert!(depth <= 22, "{rule:?}: {depth}");
     }
 }
