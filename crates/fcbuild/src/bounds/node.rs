@@ -77,6 +77,10 @@ const FOLLOWS: f32 = 0.99872;
 /// Cosine of 7 degrees, the half angle of a cone that is called flat.
 const FLAT_CONE: f32 = 0.99255;
 
+/// Cosine of the angle (30 degrees) up to which a slab is turned away from the axis along which readers triangulate the
+/// polygon: far from there triangles that are the right way round for them may be turned over along the slab.
+const TURNED_TO: f64 = 0.87;
+
 /// Slabs of clusters with at least so many faces are turned to be lower.
 const TURNED_FROM: usize = 32;
 
@@ -160,20 +164,17 @@ impl<'a> Measurer<'a> {
             // Around a hole the outline may be cut by so few chords that they cross the hole: no slab holds then.
             let has_holes = at.loops.iter().rev().skip(1).any(|h| h & LAST != 0);
             if !has_holes {
-                let normals = &self.normals;
-                let face = |direction: DVec3| {
-                    let (least, _) = normals.extent(normals.groups(), direction);
-                    least > f64::from(MIN_FACING)
-                };
-                let points = Points { all: &self.points, border: 0..inside, inside: inside..end };
+                let along_axis = cone.cos > MIN_FACING;
+                let middle = if along_axis { cone.axis } else { split.normal };
                 let directions = [
                     along_plane.then_some(split.normal),
-                    (cone.cos > MIN_FACING).then_some(cone.axis),
-                    inherited.filter(|direction| face(direction.as_dvec3())),
+                    along_axis.then_some(cone.axis),
+                    inherited.filter(|direction| self.may_turn_to(direction.as_dvec3(), middle)),
                 ];
+                let points = Points { all: &self.points, border: 0..inside, inside: inside..end };
                 if let Some(mut slab) = slab::slab(directions.into_iter().flatten(), &points) {
                     if at.faces.len() >= TURNED_FROM {
-                        slab = slab::turned(slab, &points, face);
+                        slab = slab::turned(slab, &points, |direction| self.may_turn_to(direction, middle));
                     }
                     added = self.overhang.widen(mesh, at, &mut slab, above);
                     bound = Some(slab.bound());
@@ -210,6 +211,15 @@ impl<'a> Measurer<'a> {
         let narrow_cone = cone.cos > FLAT_CONE;
         let reach = reach.min(bound);
         (NodeBounds { bound, reach, budget, from_corners, follows_cone, narrow_cone, slack }, cone, added)
+    }
+
+    /// Whether all faces face a direction that is near the one along which the polygon is triangulated.
+    fn may_turn_to(&self, direction: DVec3, middle: Vec3) -> bool {
+        if direction.dot(middle.as_dvec3()) < TURNED_TO {
+            return false;
+        }
+        let (least, _) = self.normals.extent(self.normals.groups(), direction);
+        least > f64::from(MIN_FACING)
     }
 
     /// The cone of some faces' normals, and whether the plane of their cluster has a side that all of them show.
