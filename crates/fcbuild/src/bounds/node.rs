@@ -183,7 +183,8 @@ impl<'a> Measurer<'a> {
             }
             if bound.is_none() {
                 self.corners.extend(at.loops.iter().filter(is_corner).map(vertex));
-                if split.normal != Vec3::ZERO {
+                // A spike may lie in its own plane, but no face of it faces away from that in a flat ring.
+                if along_plane {
                     let points = Points { all: &self.points, border: 0..inside, inside: inside..end };
                     let over_plane = slab::slab(std::iter::once(split.normal), &points);
                     reach = over_plane.map_or(reach, |slab| round_up(slab.bound()));

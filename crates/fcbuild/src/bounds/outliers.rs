@@ -11,8 +11,8 @@ use rayon::prelude::*;
 /// area times a squared distance, goes as L^(3/2): as reach^(3/4). A key that is a small part of what that gives for
 /// the typical cluster of the mesh is raised to this part.
 ///
-/// The reach of a cluster is its bound, or less where that is not how far it is from its polygon: what folds over, or has
-/// a hole, is bounded by its size, however flat it is. Reaches are nested, so the keys stay nested.
+/// The reach of a cluster is its bound, or less where that is not how far it is from its polygon: what has
+/// a hole is bounded by its size, however flat it is. Reaches are nested, so the keys stay nested.
 pub fn raise_keys(nodes: &mut [NodeBounds]) {
     let of_reach = |n: &NodeBounds| (f64::from(n.reach) * f64::from(n.reach).sqrt()).sqrt();
     let step = nodes.len().div_ceil(SAMPLES).max(1);
