@@ -1,6 +1,6 @@
-//! How far the surface of a cluster that folds over can be from the polygon that stands for it.
+//! How far the surface of a cluster that folds over or has holes can be from the polygon that stands for it.
 //!
-//! There is no direction that all its faces face, so no slab (see [`super::slab`]). But every point is at most as far from
+//! It has no slab (see [`super::slab`]). But every point is at most as far from
 //! the drawn mesh as from the nearest of the cluster's corners, vertices that are drawn whenever the cluster is. The other
 //! way, a triangle between points of a ball is nowhere farther from the nearest of them than the ball's radius.
 

@@ -17,8 +17,8 @@ pub struct NodeBounds {
     /// No point of the cluster is farther from the drawn mesh, and no point of the cluster's polygon from the surface, in
     /// normal units; not below a child's once nested.
     pub bound: f32,
-    /// How far the cluster reaches over the plane that fits it best, or its bound if that is known to be less; not below a
-    /// child's once nested. It promises nothing.
+    /// The bound, or how far a cluster with holes reaches over its plane if all faces show the same side of that and it is
+    /// less; a length in normal units, not below a child's once nested. It promises nothing.
     pub reach: f32,
     /// Budget key, a length in normal units; not below a child's once nested.
     pub budget: f32,
@@ -183,7 +183,7 @@ impl<'a> Measurer<'a> {
             }
             if bound.is_none() {
                 self.corners.extend(at.loops.iter().filter(is_corner).map(vertex));
-                // A spike may lie in its own plane, but no face of it faces away from that in a flat ring.
+                // A cluster with holes. Of one that folds over, a spike may lie in its own plane: that says nothing.
                 if along_plane {
                     let points = Points { all: &self.points, border: 0..inside, inside: inside..end };
                     let over_plane = slab::slab(std::iter::once(split.normal), &points);
