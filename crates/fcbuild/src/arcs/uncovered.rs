@@ -65,7 +65,14 @@ const FOLDED: f64 = -0.5;
 const STRIP: f64 = 0.05;
 
 /// A vertex is not worth a key that is larger than the next one by less than this factor: it comes soon anyway.
-const WORTH: f64 = 1.4;
+pub(super) const WORTH: f64 = 1.4;
+
+/// What a vertex is worth in the budget order that keeps a strip of such a length and depth, both lengths, of which
+/// `share` of their product with the square of the depth counts: the fourth root of an area times a squared distance, as
+/// the keys of merges are.
+pub(super) fn worth_of_strip(share: f64, length: f64, depth: f64) -> f64 {
+    (share * length * depth * depth * depth).sqrt().sqrt()
+}
 
 /// The point of largest key for a chord among those that lie beyond the polygons on both sides of it, and its key:
 /// its distance or what that is worth, but not over the tolerance up to which those polygons are drawn. None if all
@@ -88,8 +95,7 @@ pub(super) fn uncovered(
         let distance = offset.length();
         let key = match order {
             Order::Bound => distance,
-            // The fourth root of an area times a squared distance, as the keys of merges are.
-            Order::Budget => (STRIP * length * distance * distance * distance).sqrt().sqrt(),
+            Order::Budget => worth_of_strip(STRIP, length, distance),
         };
         if key <= worst.1 {
             continue;
