@@ -9,7 +9,11 @@
 mod best;
 mod bridge;
 mod diagonals;
+mod grid;
+mod least_turned;
 mod page_polygon;
+#[cfg(test)]
+mod polygons;
 mod triangulate;
 
 pub(crate) use page_polygon::PagePolygon;
@@ -145,10 +149,11 @@ impl Stitcher {
             DVec2::new(p.dot(x), p.dot(y))
         }));
         let leaves_plane = facing.is_none() && is_tube(outline, position);
-        self.bridge.join_loops(outline);
+        let scale = grid::snap(&mut outline.points);
+        self.bridge.join_loops(outline, facing.is_some());
         let (normal, level) = plane;
         self.heights.clear();
-        self.heights.extend(outline.vertices.iter().map(|&v| normal.dot(position(v)) - level));
+        self.heights.extend(outline.vertices.iter().map(|&v| scale * (normal.dot(position(v)) - level)));
         if self.triangulator.find_best(&outline.vertices, &outline.points, &self.heights, out) {
             return;
         }
@@ -157,7 +162,8 @@ impl Stitcher {
             self.corners.extend(outline.vertices.iter().map(|&v| position(v)));
             self.diagonals.show(&self.corners, |t| push(out, t.map(|k| outline.vertices[k])));
         } else {
-            self.triangulator.find_any(&outline.vertices, &outline.points, out);
+            let in_plane = facing.is_some();
+            self.triangulator.find_any(&outline.vertices, &outline.points, &self.heights, in_plane, out);
         }
     }
 }

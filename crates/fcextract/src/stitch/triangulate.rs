@@ -2,10 +2,16 @@
 //!
 //! Of a polygon with few corners the best of all triangulations is taken: the one that lies nearest to the plane of
 //! the cluster, in the mean of the squared height. One with more corners gets a fan if there is one that has all its
-//! triangles the right way round, else ears. A polygon that overlaps itself has no valid triangulation; then the best
-//! of bad ears is cut, so that the border still comes out right.
+//! triangles the right way round, else ears.
+//!
+//! A polygon that does not cross itself has an ear, and what an ear leaves does not cross itself either. If none is found
+//! the polygon crosses itself, and a triangulation of which least is turned over is sought, or, of very many corners, the
+//! best of bad ears is cut. The border comes out right in any case.
 
 use super::best::{BEST_UP_TO, Best};
+use super::bridge::opens;
+use super::grid;
+use super::least_turned::{LEAST_TURNED_UP_TO, LeastTurned};
 use glam::DVec2;
 
 /// Triangulates polygons; keeps its memory from one to the next.
@@ -14,6 +20,11 @@ pub(super) struct Triangulator {
     best: Best,
     next: Vec<usize>,
     prev: Vec<usize>,
+    least_turned: LeastTurned,
+    /// Corners of what ears have left, their places and heights.
+    rest: Vec<usize>,
+    rest_points: Vec<DVec2>,
+    rest_heights: Vec<f64>,
 }
 
 /// Up to so many corners every fan is tried; more corners have a valid fan too seldom to look for it.
@@ -35,8 +46,16 @@ impl Triangulator {
         self.set(points, heights) && self.best.show(vertices.len(), |t| push(out, t.map(|k| vertices[k])))
     }
 
-    /// Appends a triangulation of any other polygon.
-    pub(super) fn find_any(&mut self, vertices: &[u32], points: &[DVec2], out: &mut Vec<u32>) {
+    /// Appends a triangulation of any other polygon, whose corners are on the grid. One that lies `in_plane`, of a cluster
+    /// that does not fold over, is worth some time if it crosses itself.
+    pub(super) fn find_any(
+        &mut self,
+        vertices: &[u32],
+        points: &[DVec2],
+        heights: &[f64],
+        in_plane: bool,
+        out: &mut Vec<u32>,
+    ) {
         let n = vertices.len();
         if n <= FAN_UP_TO
             && let Some(apex) = best_fan(points)
@@ -45,7 +64,7 @@ impl Triangulator {
                 push(out, [apex, (apex + i) % n, (apex + i + 1) % n].map(|k| vertices[k]));
             }
         } else {
-            self.cut_ears(vertices, points, out);
+            self.cut_ears(vertices, points, heights, in_plane, out);
         }
     }
 
@@ -63,15 +82,36 @@ impl Triangulator {
         true
     }
 
-    fn cut_ears(&mut self, vertices: &[u32], points: &[DVec2], out: &mut Vec<u32>) {
+    fn cut_ears(
+        &mut self,
+        vertices: &[u32],
+        points: &[DVec2],
+        heights: &[f64],
+        in_plane: bool,
+        out: &mut Vec<u32>,
+    ) {
         let n = vertices.len();
+        let start = out.len();
         self.next.clear();
         self.next.extend((0..n).map(|i| (i + 1) % n));
         self.prev.clear();
         self.prev.extend((0..n).map(|i| (i + n - 1) % n));
         let mut at = 0;
         for left in (3..=n).rev() {
-            at = self.find_ear(points, at, left);
+            let is_good;
+            (at, is_good) = self.find_ear(points, at, left);
+            if !is_good && in_plane && left <= LEAST_TURNED_UP_TO {
+                self.rest.clear();
+                if n <= LEAST_TURNED_UP_TO {
+                    out.truncate(start);
+                    self.rest.extend(0..n);
+                } else {
+                    let following = std::iter::successors(Some(at), |at| Some(self.next[*at]));
+                    self.rest.extend(following.take(left));
+                }
+                self.turn_least(vertices, points, heights, out);
+                return;
+            }
             let (a, c) = (self.prev[at], self.next[at]);
             push(out, [a, at, c].map(|k| vertices[k]));
             self.next[a] = c;
@@ -81,8 +121,18 @@ impl Triangulator {
         }
     }
 
-    /// The first good ear from `from` on, else the least bad one.
-    fn find_ear(&self, points: &[DVec2], from: usize, left: usize) -> usize {
+    /// Appends the triangulation of the corners in `rest` of which least is turned over.
+    fn turn_least(&mut self, vertices: &[u32], points: &[DVec2], heights: &[f64], out: &mut Vec<u32>) {
+        let Triangulator { least_turned, rest, rest_points, rest_heights, .. } = self;
+        rest_points.clear();
+        rest_points.extend(rest.iter().map(|&k| points[k]));
+        rest_heights.clear();
+        rest_heights.extend(rest.iter().map(|&k| heights[k]));
+        least_turned.show(rest_points, rest_heights, |t| push(out, t.map(|k| vertices[rest[k]])));
+    }
+
+    /// The first good ear from `from` on, else the best one, and whether it may be cut: else all are bad.
+    fn find_ear(&self, points: &[DVec2], from: usize, left: usize) -> (usize, bool) {
         let mut best = (f64::NEG_INFINITY, from);
         let mut corner = from;
         for _ in 0..left {
@@ -96,7 +146,7 @@ impl Triangulator {
             }
             corner = self.next[corner];
         }
-        best.1
+        (best.1, best.0 > 0.0 || (left == 3 && best.0 == 0.0))
     }
 
     /// Whether no other corner of the polygon lies in the triangle.
@@ -105,12 +155,18 @@ impl Triangulator {
         let mut k = self.next[c];
         while k != a {
             let p = points[k];
-            let inside = (pb - pa).perp_dot(p - pa) >= 0.0
-                && (pc - pb).perp_dot(p - pb) >= 0.0
-                && (pa - pc).perp_dot(p - pc) >= 0.0;
-            // The other copy of a bridge's end touches the triangle without being in it.
-            if inside && p != pa && p != pb && p != pc {
-                return false;
+            if grid::area(pa, pb, p) >= 0.0 && grid::area(pb, pc, p) >= 0.0 && grid::area(pc, pa, p) >= 0.0 {
+                // The other copy of a bridge's end touches the triangle without being in it. Only from the tip the
+                // polygon may go through the triangle and out across the cut.
+                let is_outside = if p == pb {
+                    let ends = [self.prev[k], self.next[k]];
+                    ends.iter().all(|end| !opens([pa, pb, pc], points[*end]))
+                } else {
+                    p == pa || p == pc
+                };
+                if !is_outside {
+                    return false;
+                }
             }
             k = self.next[k];
         }
@@ -139,7 +195,7 @@ fn shape(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let edges = ab.length_squared() + bc.length_squared() + ca.length_squared();
     // 2 sqrt(3) makes it 1 for equal edges.
-    if edges > 0.0 { ab.perp_dot(bc) * 3.464_101_615_137_754_6 / edges } else { 0.0 }
+    if edges > 0.0 { grid::area(a, b, c) * 3.464_101_615_137_754_6 / edges } else { 0.0 }
 }
 
 /// Appends a triangle, if it has three corners.
@@ -157,8 +213,11 @@ mod tests {
 
     fn run_with(vertices: &[u32], points: &[DVec2], heights: &[f64], out: &mut Vec<u32>) {
         let mut triangulator = Triangulator::default();
-        if !triangulator.find_best(vertices, points, heights, out) {
-            triangulator.find_any(vertices, points, out);
+        let mut points = points.to_vec();
+        let scale = grid::snap(&mut points);
+        let heights: Vec<f64> = heights.iter().map(|h| h * scale).collect();
+        if !triangulator.find_best(vertices, &points, &heights, out) {
+            triangulator.find_any(vertices, &points, &heights, true, out);
         }
     }
 

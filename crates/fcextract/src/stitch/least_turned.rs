@@ -1,0 +1,97 @@
+//! The triangulation of a polygon in the plane of which least is turned over.
+//!
+//! Where the polygon has a valid triangulation nothing is, and this is one: triangles that are all the right way round
+//! cover what the polygon winds around, as often as it does. Where it crosses itself the overlap stays as small as it
+//! can be. Of several triangulations the one is taken that lies nearest to the plane of the cluster, as in
+//! [`super::best`], without thin triangles if possible.
+
+use super::grid;
+use glam::DVec2;
+
+/// Up to so many corners it is sought: its time grows with the cube of their number.
+pub(super) const LEAST_TURNED_UP_TO: usize = 128;
+
+/// Twice the area of a triangle that counts as thin, over its squared edges.
+const THIN: f64 = 1e-4;
+
+/// What a long edge costs beside height: it decides where all is flat, and nowhere else.
+const WELL_SHAPED: f64 = 1e-8;
+
+/// Finds triangulations; keeps its memory from one to the next.
+#[derive(Debug, Default)]
+pub(super) struct LeastTurned {
+    /// By the first and the last corner of a part of the polygon.
+    parts: Vec<Part>,
+    waiting: Vec<(usize, usize)>,
+}
+
+/// The best triangulation of a part of the polygon.
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    /// Twice the area that is turned over.
+    turned: f64,
+    /// How far it is from the plane of the cluster, and how thin its triangles are.
+    cost: f64,
+    /// The third corner of the triangle on the part's chord.
+    third: usize,
+}
+
+impl LeastTurned {
+    /// Shows the triangles, corner by corner in the direction of the polygon: its corners are on the grid, and above
+    /// the plane of the cluster by `heights`, in steps of the grid.
+    pub(super) fn show(&mut self, points: &[DVec2], heights: &[f64], mut show: impl FnMut([usize; 3])) {
+        let n = points.len().min(heights.len());
+        if n < 3 {
+            return;
+        }
+        let size = points.iter().fold(1.0_f64, |size, p| size.max(p.x.abs()).max(p.y.abs()));
+        self.parts.clear();
+        self.parts.resize(n * n, Part::default());
+        for span in 2..n {
+            for first in 0..n - span {
+                self.join(points, heights, size, (first, first + span));
+            }
+        }
+        self.waiting.clear();
+        self.waiting.push((0, n - 1));
+        while let Some((first, last)) = self.waiting.pop() {
+            if last - first > 1 {
+                let third = self.parts[first * n + last].third;
+                show([first, third, last]);
+                self.waiting.extend([(third, last), (first, third)]);
+            }
+        }
+    }
+
+    /// Finds the best triangulation of a part by those of smaller ones.
+    fn join(&mut self, points: &[DVec2], heights: &[f64], size: f64, (first, last): (usize, usize)) {
+        let n = points.len().min(heights.len());
+        let mut least = Part { turned: f64::INFINITY, cost: f64::INFINITY, third: first + 1 };
+        let (a, c) = (points[first], points[last]);
+        let part = |p: usize, q: usize| {
+            let height = heights[p] + heights[q];
+            let squared = points[p].distance_squared(points[q]);
+            (0.5 * height * height + WELL_SHAPED * squared, squared)
+        };
+        let (own, squared) = part(first, last);
+        for third in first + 1..last {
+            let (left, right) = (&self.parts[first * n + third], &self.parts[third * n + last]);
+            let turned = left.turned + right.turned;
+            if turned > least.turned {
+                continue;
+            }
+            let area = grid::area(a, points[third], c);
+            let turned = turned + (-area).max(0.0);
+            if turned > least.turned {
+                continue;
+            }
+            let ((before, ab), (after, bc)) = (part(first, third), part(third, last));
+            let missing = (THIN * (squared + ab + bc) - area).max(0.0);
+            let cost = left.cost + right.cost + area.abs() * (own + before + after) + missing * (size * size);
+            if turned < least.turned || cost < least.cost {
+                least = Part { turned, cost, third };
+            }
+        }
+        self.parts[first * n + last] = least;
+    }
+}
