@@ -38,6 +38,35 @@ pub fn grid(n: u32, seed: u64) -> Soup {
     soup(positions, triangles)
 }
 
+/// A closed plate of `n` by `n` quads with square holes, two quads wide and as far apart; bumpy above by `bumps`.
+pub fn plate(n: u32, bumps: f64, seed: u64) -> Soup {
+    let mut random = Random::new(seed);
+    let side = n + 1;
+    let sheets = side * side;
+    let place = |i: u32, z: f32| [(i % side) as f32 / n as f32, (i / side) as f32 / n as f32, z];
+    let mut positions: Vec<[f32; 3]> =
+        (0..sheets).map(|i| place(i, random.between(0.0, bumps) as f32)).collect();
+    positions.extend((0..sheets).map(|i| place(i, -0.1)));
+    let is_solid = |x: u32, y: u32| x < n && y < n && !(x % 4 > 1 && y % 4 > 1);
+    let mut triangles = Vec::new();
+    for (x, y) in (0..n).flat_map(|y| (0..n).map(move |x| (x, y))).filter(|(x, y)| is_solid(*x, *y)) {
+        let a = y * side + x;
+        let above = [a, a + 1, a + side + 1, a + side];
+        let below = above.map(|v| v + sheets);
+        let mut quad = |[a, b, c, d]: [u32; 4]| triangles.extend([[a, b, c], [a, c, d]]);
+        quad(above);
+        quad([below[0], below[3], below[2], below[1]]);
+        let across = [(x, y.wrapping_sub(1)), (x + 1, y), (x, y + 1), (x.wrapping_sub(1), y)];
+        for (i, (x, y)) in across.into_iter().enumerate() {
+            let j = (i + 1) % 4;
+            if !is_solid(x, y) {
+                quad([above[j], above[i], below[i], below[j]]);
+            }
+        }
+    }
+    soup(positions, triangles)
+}
+
 /// A closed torus with `u` by `v` quads and noise on its radius.
 pub fn torus(u: u32, v: u32, seed: u64) -> Soup {
     let mut random = Random::new(seed);

@@ -5,7 +5,7 @@
 
 use fcbuild::SplitMode;
 use fcextract::{Budget, Extraction, Order, Perspective, Selection, extract, fit};
-use fct::Tree;
+use fct::{Child, Tree};
 use fctests::deviation::Probe;
 use fctests::distance::{Surface, position};
 use fctests::random::Random;
@@ -92,6 +92,8 @@ fn made_in_memory() {
         ("small torus", meshes::torus(12, 8, 1)),
         ("smaller torus", meshes::torus(9, 5, 2)),
         ("grid", meshes::grid(30, 5)),
+        ("plate", meshes::plate(21, 0.02, 3)),
+        ("flat plate", meshes::plate(25, 0.0, 3)),
         ("flap", meshes::flap(40, 1)),
         ("thin flap", meshes::flap(24, 2)),
         ("pieces", meshes::pieces(9)),
@@ -102,6 +104,28 @@ fn made_in_memory() {
         let tree = trees::tree_of(soup);
         check(name, &tree, 6, &selections(&tree, 8, 4, 3));
     }
+}
+
+/// Clusters of a flat plate with holes are bounded by their height, not by their size; some are raised up to a fifth of
+/// the bound above, where that saves corners.
+#[test]
+fn holes_do_not_loosen_bounds() {
+    let tree = trees::tree_of(meshes::plate(25, 0.0, 3));
+    let (mut flat, mut thick) = (0, 0);
+    let mut stack = vec![tree.whole()];
+    while let Some(subtree) = stack.pop() {
+        let Child::Node(_) = subtree.child.kind() else { continue };
+        let node = tree.node(&subtree).unwrap_or_else(|e| panic!("{e}"));
+        let loops = tree.loops_of(&subtree).unwrap_or_else(|e| panic!("{e}"));
+        stack.extend(tree.children(&subtree).unwrap_or_else(|e| panic!("{e}")));
+        // All its faces lie in a plane, and it goes around a hole.
+        if loops.iter().count() > 1 && node.cos() > 0.99 {
+            flat += u32::from(node.bound < 1e-3);
+            thick += u32::from(node.bound >= 1e-3);
+        }
+    }
+    println!("{flat} flat, {thick} thick");
+    assert!(flat > 10 && thick <= flat, "{flat} flat, {thick} thick");
 }
 
 #[test]

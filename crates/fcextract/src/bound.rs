@@ -11,7 +11,7 @@ use fct::{Loops, Node, Tree, VertexRecord};
 use glam::DVec3;
 
 /// A cone's cosine over this is that of a cluster whose bound is the height of a slab, if it has one loop: of one that
-/// does not fold over.
+/// does not fold over. The bound of one with several loops may be a distance from its corners.
 const FACING: f32 = 0.02;
 
 impl Selection {
@@ -34,7 +34,7 @@ impl Selection {
             read = reader.read_loops(&part.subtree, &mut loops);
             let is_slab = loops.ends.len() == 1 && node.cos() > FACING;
             for border in loops.iter() {
-                chords.measure(border, node.bound, is_slab);
+                chords.measure(border, &loops, node.bound, is_slab);
             }
         };
         Part::whole(tree, self).divide(tree, self, &mut Stats::default(), |_, _| false, measure)?;
@@ -54,8 +54,8 @@ struct Chords<'a> {
 }
 
 impl Chords<'_> {
-    /// Raises the bound for the chords of a loop around a cluster of some bound.
-    fn measure(&mut self, border: &[u32], bound: f32, is_slab: bool) {
+    /// Raises the bound for the chords of one of the `loops` around a cluster of some bound.
+    fn measure(&mut self, border: &[u32], loops: &Loops, bound: f32, is_slab: bool) {
         let Chords { selection, records, kept, .. } = self;
         let record = |place: usize| border.get(place % border.len()).and_then(|v| records.get(*v as usize));
         kept.clear();
@@ -69,8 +69,11 @@ impl Chords<'_> {
             places.filter_map(record).map(VertexRecord::bound).fold(0.0, f32::max)
         };
         if kept.is_empty() {
-            // No part of the border says where the mesh is.
+            // No part of the border says where the mesh is; the polygon lies over a hole.
             self.enough = self.enough.max(key(0..border.len()));
+            if loops.ends.len() > 1 {
+                self.enough = self.enough.max(fcgeom::round_up(radius_of(loops, records)));
+            }
             return;
         }
         let mut radius = None;
@@ -92,7 +95,7 @@ impl Chords<'_> {
             let bound = f64::from(bound);
             let reach = if is_slab { bound.hypot(off) } else { bound + off };
             // Without its corners a polygon may overlap itself: then it is as near as its own vertices are.
-            let reach = reach.max(*radius.get_or_insert_with(|| radius_of(border, records)));
+            let reach = reach.max(*radius.get_or_insert_with(|| radius_of(loops, records)));
             self.enough = self.enough.max(fcgeom::round_up(reach));
         }
     }
@@ -100,8 +103,8 @@ impl Chords<'_> {
 
 /// The radius of a ball around all vertices of a border: a triangle between some of them has no point farther from its
 /// nearest corner.
-fn radius_of(border: &[u32], records: &[VertexRecord]) -> f64 {
-    let places = || border.iter().filter_map(|v| records.get(*v as usize)).map(place);
+fn radius_of(loops: &Loops, records: &[VertexRecord]) -> f64 {
+    let places = || loops.iter().flatten().filter_map(|v| records.get(*v as usize)).map(place);
     let low = places().fold(DVec3::INFINITY, DVec3::min);
     let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
     places().map(|p| p.distance(0.5 * (low + high))).fold(0.0, f64::max)

@@ -66,18 +66,42 @@ pub(super) struct Flood {
 pub(super) struct Around<'a> {
     pub(super) mesh: &'a TreeMesh,
     pub(super) cluster: &'a Cluster<'a>,
+    pub(super) border: Places<'a>,
     pub(super) gaze: Gaze,
     pub(super) hull: &'a Hull,
 }
 
-/// A stretch of a cluster's only loop.
+/// The half-edges of a cluster's border by their places: those of one loop, on the first round or the second, and then
+/// those of the others, after each of which its first one stands once more.
+#[derive(Clone, Copy)]
+pub(super) struct Places<'a> {
+    pub(super) ring: &'a [u32],
+    pub(super) others: &'a [u32],
+}
+
+impl Places<'_> {
+    #[inline]
+    pub(super) fn half_edge(&self, place: usize) -> u32 {
+        let n = self.ring.len();
+        let entry = if place < n {
+            self.ring[place]
+        } else if place < 2 * n {
+            self.ring[place - n]
+        } else {
+            self.others[place - 2 * n]
+        };
+        entry & !LAST
+    }
+}
+
+/// A stretch of a loop.
 #[derive(Clone, Copy)]
 pub(super) struct Arc<'a> {
-    /// The vertices of the loop, twice around.
+    /// The vertices of the loop, twice around, and of the others.
     pub(super) seen: &'a [Seen],
     /// The places where it starts and ends, on the first round or the second.
     pub(super) ends: (usize, usize),
-    /// Places of other edges of the loop that come near the arc's hull, ascending.
+    /// Places of other edges of the border that come near the arc's hull.
     pub(super) near: &'a [u32],
 }
 
@@ -87,16 +111,14 @@ impl Flood {
     ///
     /// The border itself lies in the slab.
     pub(super) fn look(&mut self, around: Around<'_>, arc: Arc<'_>, slab: &mut Slab) -> bool {
-        let Around { mesh, cluster, gaze, hull } = around;
+        let Around { mesh, cluster, border, gaze, hull } = around;
         let Flood { reached, waiting, visited } = self;
         reached.clear();
         waiting.clear();
         let reach_at = |seen: Seen| Reached { seen, side: hull.side(seen.at) };
-        let n = cluster.loops.len();
         // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
         let beyond = |place: usize| {
-            let across =
-                mesh.opposite[(cluster.loops[if place < n { place } else { place - n }] & !LAST) as usize];
+            let across = mesh.opposite[border.half_edge(place) as usize];
             (across != NONE).then_some(across)
         };
         let mut wait = |reached: &[Reached], half_edge: u32| {

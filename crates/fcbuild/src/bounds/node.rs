@@ -4,7 +4,7 @@ use super::distance;
 use super::overhang::Overhang;
 use super::slab::{self, EASE, MIN_FACING, Points};
 use super::slack::Slack;
-use crate::arcs::loops::LAST;
+use crate::arcs::loops::{LAST, split_loops};
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use fcgeom::{Cone, Quads, Sphere, round_up};
@@ -17,8 +17,8 @@ pub struct NodeBounds {
     /// No point of the cluster is farther from the drawn mesh, and no point of the cluster's polygon from the surface, in
     /// normal units; not below a child's once nested.
     pub bound: f32,
-    /// The bound, or how far a cluster with holes reaches over its plane if all faces show the same side of that and it is
-    /// less; a length in normal units, not below a child's once nested. It promises nothing.
+    /// The bound, or how far a cluster with holes and without a slab reaches over its plane if all faces show the same side
+    /// of that and it is less; a length in normal units, not below a child's once nested. It promises nothing.
     pub reach: f32,
     /// Budget key, a length in normal units; not below a child's once nested.
     pub budget: f32,
@@ -161,13 +161,19 @@ impl<'a> Measurer<'a> {
             } else {
                 self.points.extend(&mesh.positions[own], |p| *p)
             };
-            // Around a hole the outline may be cut by so few chords that they cross the hole: no slab holds then.
+            let along_axis = cone.cos > MIN_FACING;
+            let middle = if along_axis { cone.axis } else { split.normal };
+            // Where chords cross a hole the polygon lies over it. A slab of a cluster with holes holds only if corners keep
+            // them apart, and if the polygon is cut into triangles along a direction that is near the slab's.
             let has_holes = at.loops.iter().rev().skip(1).any(|h| h & LAST != 0);
-            if !has_holes {
-                let along_axis = cone.cos > MIN_FACING;
-                let middle = if along_axis { cone.axis } else { split.normal };
+            let may_have_slab = !has_holes
+                || along_axis
+                    && !matches!(above, Above::Nothing)
+                    && split_loops(at.loops).all(|ring| ring.iter().any(|h| is_corner(&h)));
+            if may_have_slab {
+                let is_near = |normal: &Vec3| !has_holes || f64::from(normal.dot(middle)) > TURNED_TO;
                 let directions = [
-                    along_plane.then_some(split.normal),
+                    along_plane.then_some(split.normal).filter(is_near),
                     along_axis.then_some(cone.axis),
                     inherited.filter(|direction| self.may_turn_to(direction.as_dvec3(), middle)),
                 ];
@@ -183,7 +189,8 @@ impl<'a> Measurer<'a> {
             }
             if bound.is_none() {
                 self.corners.extend(at.loops.iter().filter(is_corner).map(vertex));
-                // A cluster with holes. Of one that folds over, a spike may lie in its own plane: that says nothing.
+                // A cluster with holes and no slab. Of one that folds over, a spike may lie in its own plane: that says
+                // nothing.
                 if along_plane {
                     let points = Points { all: &self.points, border: 0..inside, inside: inside..end };
                     let over_plane = slab::slab(std::iter::once(split.normal), &points);

@@ -6,11 +6,11 @@
 //! into the slab, also where it belongs to neighbours: the polygon may lie over it, and it may be left to this polygon to
 //! cover. `docs/bound.md` has the argument.
 
-use super::flood::{Arc, Around, Flood, Gaze, Seen};
+use super::flood::{Arc, Around, Flood, Gaze, Places, Seen};
 use super::hull::Hull;
 use super::node::{Above, Cluster};
 use super::slab::Slab;
-use crate::arcs::loops::LAST;
+use crate::arcs::loops::{LAST, split_loops};
 use crate::tree_order::TreeMesh;
 use fcgeom::distance_to_segment;
 use glam::{DVec2, DVec3, Vec4};
@@ -32,15 +32,18 @@ const DEEP: f64 = 0.5;
 /// Looks at clusters, one after the other in the same memory.
 #[derive(Debug, Default)]
 pub(super) struct Overhang {
-    /// Of the border's vertices, twice around: where they are seen.
+    /// Where vertices of the border are seen, by their [`Places`]: those of one loop, twice around, and of the others.
     seen: Vec<Seen>,
     /// The same as four numbers each, see [`spot`].
     spots: Vec<Vec4>,
-    /// The least of the spots of runs of [`RUN`] edges of the border.
+    /// The least of the spots of runs of [`RUN`] edges of the loop.
     runs: Vec<Vec4>,
+    /// The half-edges of the other loops, and runs of their edges with the least of the spots of each.
+    others: Vec<u32>,
+    other_runs: Vec<(Vec4, Range<usize>)>,
     /// Places of edges of the border that come near the hull of an arc, without those of the arc.
     near: Vec<u32>,
-    /// Places on the border of the corners, ascending from the first one; the last is the first again, a turn on.
+    /// Places on the loop of the corners, ascending from the first one; the last is the first again, a turn on.
     corners: Vec<usize>,
     /// Half-edges that start at vertices to be corners too.
     added: Vec<u32>,
@@ -48,20 +51,20 @@ pub(super) struct Overhang {
     flood: Flood,
 }
 
-/// A cluster's only loop, and how it is seen.
+/// A loop of a cluster's border.
 struct Border<'a> {
     mesh: &'a TreeMesh,
     at: &'a Cluster<'a>,
+    ring: &'a [u32],
 }
 
 impl Border<'_> {
     fn len(&self) -> usize {
-        self.at.loops.len()
+        self.ring.len()
     }
 
     fn half_edge(&self, place: usize) -> u32 {
-        let place = if place < self.len() { place } else { place - self.len() };
-        self.at.loops[place] & !LAST
+        Places { ring: self.ring, others: &[] }.half_edge(place)
     }
 
     fn is_corner(&self, place: usize) -> bool {
@@ -97,8 +100,10 @@ fn spot(at: DVec2) -> Vec4 {
 }
 
 impl Overhang {
-    /// Widens the slab of a cluster with one loop by what is seen in the hulls of its arcs. Returns half-edges of the
-    /// loop that start at vertices which the node `above` must make corners for that.
+    /// Widens the slab of a cluster by what is seen in the hulls of its arcs. Returns half-edges of its loops that start at
+    /// vertices which the node `above` must make corners for that.
+    ///
+    /// Of a cluster with several loops each must have a corner, and there must be such a node.
     pub(super) fn widen(
         &mut self,
         mesh: &TreeMesh,
@@ -106,9 +111,27 @@ impl Overhang {
         slab: &mut Slab,
         above: Above,
     ) -> &[u32] {
-        let border = Border { mesh, at };
-        let n = border.len();
         self.added.clear();
+        let narrow = *slab;
+        let mut start = 0;
+        for ring in split_loops(at.loops) {
+            let end = start + ring.len();
+            let others = [&at.loops[..start], &at.loops[end..]];
+            self.widen_by_loop(&Border { mesh, at, ring }, others, (narrow, slab), above);
+            start = end;
+        }
+        &self.added
+    }
+
+    /// The same for one of the loops; `others` are those before it and those after it.
+    fn widen_by_loop(
+        &mut self,
+        border: &Border<'_>,
+        others: [&[u32]; 2],
+        (narrow, slab): (Slab, &mut Slab),
+        above: Above,
+    ) {
+        let n = border.len();
         self.corners.clear();
         self.corners.extend((0..n).filter(|&place| border.is_corner(place)));
         if self.corners.len() < n && !self.corners.is_empty() {
@@ -124,15 +147,40 @@ impl Overhang {
                 let runs = (0..n).step_by(RUN).map(|first| least(&self.spots[first..=n.min(first + RUN)]));
                 self.runs.extend(runs);
             }
+            self.others.clear();
+            self.other_runs.clear();
+            for ring in others.into_iter().flat_map(split_loops) {
+                self.add_other(border.mesh, ring, gaze);
+            }
             self.corners.push(self.corners[0] + n);
-            self.widen_by_arcs(&border, gaze, slab, above);
+            self.widen_by_arcs(border, gaze, (narrow, slab), above);
         }
-        &self.added
     }
 
-    fn widen_by_arcs(&mut self, border: &Border<'_>, gaze: Gaze, slab: &mut Slab, above: Above) {
+    /// Adds another loop to what may be seen in the hulls of arcs.
+    fn add_other(&mut self, mesh: &TreeMesh, ring: &[u32], gaze: Gaze) {
+        let first = self.spots.len();
+        for h in ring.iter().chain(ring.first()) {
+            let seen = gaze.see(mesh.positions[mesh.origin(h & !LAST) as usize].as_dvec3());
+            self.seen.push(seen);
+            self.spots.push(spot(seen.at));
+            self.others.push(*h);
+        }
+        for start in (0..ring.len()).step_by(RUN) {
+            let run = first + start..first + ring.len().min(start + RUN);
+            let least = self.spots[run.start..=run.end].iter().fold(Vec4::INFINITY, |a, b| a.min(*b));
+            self.other_runs.push((least, run));
+        }
+    }
+
+    fn widen_by_arcs(
+        &mut self,
+        border: &Border<'_>,
+        gaze: Gaze,
+        (narrow, slab): (Slab, &mut Slab),
+        above: Above,
+    ) {
         let n = border.len();
-        let narrow = *slab;
         let height = narrow.height();
         let (gets_corners, raise_up_to) = match above {
             Above::Nothing => (false, f64::INFINITY),
@@ -160,7 +208,9 @@ impl Overhang {
             }
             self.hull.find_edges();
             let mut wide = *slab;
-            let around = Around { mesh: border.mesh, cluster: border.at, gaze, hull: &self.hull };
+            let places = Places { ring: border.ring, others: &self.others };
+            let around =
+                Around { mesh: border.mesh, cluster: border.at, border: places, gaze, hull: &self.hull };
             let arc = Arc { seen: &self.seen, ends: (from, to), near: &self.near };
             if !self.flood.look(around, arc, &mut wide) {
                 let arc = self.seen[from..=to].iter().map(|seen| seen.height);
@@ -180,9 +230,10 @@ impl Overhang {
     ///
     /// It is if a vertex of an arc that does not meet it is seen in its hull: if none is, then chains of different arcs do
     /// not cross, and the polygon does not overlap itself. Arcs that meet mostly reach into each other's hulls near their
-    /// common corner; there a vertex counts that lies beyond the chord by more than `deep`. Not asked without that.
+    /// common corner; there a vertex counts that lies beyond the chord by more than `deep`. Not asked without that. Arcs of
+    /// other loops never meet it.
     fn find_near(&mut self, arc: usize, n: usize, deep: Option<f64>) -> bool {
-        let Overhang { seen, spots, runs, near, corners, hull, .. } = self;
+        let Overhang { seen, spots, runs, other_runs, near, corners, hull, .. } = self;
         let count = corners.len() - 1;
         // Places count from the turn in which the arc starts.
         let turn = if corners[arc] < n { 0 } else { n };
@@ -195,7 +246,7 @@ impl Overhang {
         let limits = hull.limits();
         let beyond = |spot: Vec4| spot.cmpgt(limits).bitmask();
         near.clear();
-        let mut is_tangled = |edges: Range<usize>| {
+        let mut is_tangled = |edges: Range<usize>, own: bool| {
             let mut before = beyond(spots[edges.start]);
             for (place, spot) in (edges.start + 1..).zip(&spots[edges.start + 1..=edges.end]) {
                 let here = beyond(*spot);
@@ -204,11 +255,11 @@ impl Overhang {
                 }
                 before = here;
                 if here == 0
-                    && place < from + n
+                    && (place < from + n || !own)
                     && let Some(deep) = deep
                 {
                     let p = seen[place].at;
-                    let meets = place <= next || place >= last;
+                    let meets = own && (place <= next || place >= last);
                     let is_aside = || (b - a).perp_dot(p - a) < -deep * (b - a).length();
                     if hull.holds(p) && (!meets || is_aside()) {
                         return true;
@@ -217,14 +268,19 @@ impl Overhang {
             }
             false
         };
+        for (least, run) in other_runs.iter() {
+            if !least.cmpgt(limits).any() && is_tangled(run.clone(), false) {
+                return true;
+            }
+        }
         if runs.is_empty() {
-            return is_tangled(to..from + n);
+            return is_tangled(to..from + n, true);
         }
         let near_runs = runs.iter().enumerate().filter(|(_, least)| !least.cmpgt(limits).any());
         near_runs.map(|(run, _)| RUN * run..n.min(RUN * run + RUN)).any(|run| {
             [run.clone(), run.start + n..run.end + n].into_iter().any(|run| {
                 let others = run.start.max(to)..run.end.min(from + n);
-                !others.is_empty() && is_tangled(others)
+                !others.is_empty() && is_tangled(others, true)
             })
         })
     }

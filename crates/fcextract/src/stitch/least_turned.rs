@@ -74,13 +74,13 @@ impl LeastTurned {
             (0.5 * height * height + WELL_SHAPED * squared, squared)
         };
         let (own, squared) = part(first, last);
-        for third in first + 1..last {
+        for (third, b) in (first + 1..).zip(&points[first + 1..last]) {
             let (left, right) = (&self.parts[first * n + third], &self.parts[third * n + last]);
             let turned = left.turned + right.turned;
             if turned > least.turned {
                 continue;
             }
-            let area = grid::area(a, points[third], c);
+            let area = grid::area(a, *b, c);
             let turned = turned + (-area).max(0.0);
             if turned > least.turned {
                 continue;
