@@ -20,12 +20,26 @@ pub(super) struct Triangulator {
     best: Best,
     next: Vec<usize>,
     prev: Vec<usize>,
+    /// Of each corner that is left.
+    ears: Vec<Ear>,
     least_turned: LeastTurned,
     /// Corners of what ears have left, their places and heights.
     rest: Vec<usize>,
     rest_points: Vec<DVec2>,
     rest_heights: Vec<f64>,
 }
+
+/// What is known of the triangle between a corner and those before and after it.
+#[derive(Clone, Copy, Debug)]
+struct Ear {
+    /// Its [`shape`]. That of a corner that has been cut off is what no triangle has.
+    quality: f64,
+    /// A corner that may be in it: it is not looked at again before that has been cut off. Itself if none is known to be.
+    within: usize,
+    is_empty: bool,
+}
+
+const CUT_OFF: f64 = f64::NEG_INFINITY;
 
 /// Up to so many corners every fan is tried; more corners have a valid fan too seldom to look for it.
 const FAN_UP_TO: usize = 16;
@@ -96,6 +110,10 @@ impl Triangulator {
         self.next.extend((0..n).map(|i| (i + 1) % n));
         self.prev.clear();
         self.prev.extend((0..n).map(|i| (i + n - 1) % n));
+        self.ears.clear();
+        for corner in 0..n {
+            self.ears.push(self.ear(points, corner));
+        }
         let mut at = 0;
         for left in (3..=n).rev() {
             let is_good;
@@ -116,6 +134,9 @@ impl Triangulator {
             push(out, [a, at, c].map(|k| vertices[k]));
             self.next[a] = c;
             self.prev[c] = a;
+            self.ears[at].quality = CUT_OFF;
+            self.ears[a] = self.ear(points, a);
+            self.ears[c] = self.ear(points, c);
             // Going on two corners further spreads the ears around the polygon.
             at = self.next[c];
         }
@@ -131,14 +152,18 @@ impl Triangulator {
         least_turned.show(rest_points, rest_heights, |t| push(out, t.map(|k| vertices[rest[k]])));
     }
 
+    fn ear(&self, points: &[DVec2], corner: usize) -> Ear {
+        let (a, c) = (self.prev[corner], self.next[corner]);
+        Ear { quality: shape(points[a], points[corner], points[c]), within: corner, is_empty: false }
+    }
+
     /// The first good ear from `from` on, else the best one, and whether it may be cut: else all are bad.
-    fn find_ear(&self, points: &[DVec2], from: usize, left: usize) -> (usize, bool) {
+    fn find_ear(&mut self, points: &[DVec2], from: usize, left: usize) -> (usize, bool) {
         let mut best = (f64::NEG_INFINITY, from);
         let mut corner = from;
         for _ in 0..left {
-            let (a, c) = (self.prev[corner], self.next[corner]);
-            let quality = shape(points[a], points[corner], points[c]);
-            if quality > best.0 && (quality <= 0.0 || left == 3 || self.is_empty(points, a, corner, c)) {
+            let quality = self.ears[corner].quality;
+            if quality > best.0 && (quality <= 0.0 || left == 3 || self.is_empty(points, corner)) {
                 best = (quality, corner);
                 if quality > GOOD_EAR {
                     break;
@@ -149,28 +174,43 @@ impl Triangulator {
         (best.1, best.0 > 0.0 || (left == 3 && best.0 == 0.0))
     }
 
-    /// Whether no other corner of the polygon lies in the triangle.
-    fn is_empty(&self, points: &[DVec2], a: usize, b: usize, c: usize) -> bool {
-        let (pa, pb, pc) = (points[a], points[b], points[c]);
+    /// Whether no other corner of the polygon lies in the triangle at one.
+    fn is_empty(&mut self, points: &[DVec2], corner: usize) -> bool {
+        let ear = self.ears[corner];
+        if ear.is_empty || (ear.within != corner && self.ears[ear.within].quality != CUT_OFF) {
+            return ear.is_empty;
+        }
+        let (a, c) = (self.prev[corner], self.next[corner]);
+        let [pa, pb, pc] = [a, corner, c].map(|k| points[k]);
+        let (low, high) = (pa.min(pb).min(pc), pa.max(pb).max(pc));
         let mut k = self.next[c];
         while k != a {
             let p = points[k];
-            if grid::area(pa, pb, p) >= 0.0 && grid::area(pb, pc, p) >= 0.0 && grid::area(pc, pa, p) >= 0.0 {
-                // The other copy of a bridge's end touches the triangle without being in it. Only from the tip the
-                // polygon may go through the triangle and out across the cut.
-                let is_outside = if p == pb {
-                    let ends = [self.prev[k], self.next[k]];
-                    ends.iter().all(|end| !opens([pa, pb, pc], points[*end]))
-                } else {
-                    p == pa || p == pc
-                };
-                if !is_outside {
-                    return false;
-                }
+            let is_near = (p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y);
+            if is_near && self.is_in(points, [pa, pb, pc], k) {
+                // A copy of the tip stays, but its edges may go elsewhere later.
+                self.ears[corner].within = if p == pb { corner } else { k };
+                return false;
             }
             k = self.next[k];
         }
+        self.ears[corner].is_empty = true;
         true
+    }
+
+    /// Whether a corner lies in a triangle, or the polygon goes into that from there.
+    fn is_in(&self, points: &[DVec2], [a, b, c]: [DVec2; 3], k: usize) -> bool {
+        let p = points[k];
+        // The other copy of a bridge's end touches the triangle without being in it. Only from the tip the polygon may go
+        // through the triangle and out across the cut.
+        if p == b {
+            return [self.prev[k], self.next[k]].iter().any(|end| opens([a, b, c], points[*end]));
+        }
+        p != a
+            && p != c
+            && grid::area(a, b, p) >= 0.0
+            && grid::area(b, c, p) >= 0.0
+            && grid::area(c, a, p) >= 0.0
     }
 }
 
@@ -180,14 +220,22 @@ const GOOD_EAR: f64 = 0.5;
 /// The corner whose fan has the best worst triangle; none if every fan has one that is flat or turned over.
 fn best_fan(points: &[DVec2]) -> Option<usize> {
     let n = points.len();
-    let worst = |apex: usize| {
-        (1..n - 1)
-            .map(|i| shape(points[apex], points[(apex + i) % n], points[(apex + i + 1) % n]))
-            .fold(f64::INFINITY, f64::min)
-    };
-    let (quality, apex) =
-        (0..n).map(|apex| (worst(apex), apex)).reduce(|best, x| if x.0 > best.0 { x } else { best })?;
-    (quality > 1e-6).then_some(apex)
+    let mut best = (1e-6, None);
+    for apex in 0..n {
+        let around = |i: usize| points[if apex + i < n { apex + i } else { apex + i - n }];
+        // Most fans have a bad triangle soon.
+        let mut worst = f64::INFINITY;
+        for i in 1..n - 1 {
+            worst = worst.min(shape(points[apex], around(i), around(i + 1)));
+            if worst <= best.0 {
+                break;
+            }
+        }
+        if worst > best.0 {
+            best = (worst, Some(apex));
+        }
+    }
+    best.1
 }
 
 /// Area over squared edge lengths: 1 for an equilateral triangle, 0 for a flat one, negative if turned over.
