@@ -1,6 +1,6 @@
-//! How far the surface of a cluster that folds over or has holes can be from the polygon that stands for it.
+//! How far the surface of a cluster without a slab can be from the polygon that stands for it.
 //!
-//! It has no slab (see [`super::slab`]). But every point is at most as far from
+//! It folds over, or goes around holes at the top of a tree (see [`super::slab`]). But every point is at most as far from
 //! the drawn mesh as from the nearest of the cluster's corners, vertices that are drawn whenever the cluster is. The other
 //! way, a triangle between points of a ball is nowhere farther from the nearest of them than the ball's radius.
 
