@@ -7,6 +7,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+mod boulder;
 mod circle;
 mod distance;
 mod field;
@@ -38,6 +39,9 @@ pub(crate) struct Args {
     /// Write only a sculpture of this many faces, named for the number (sculpture-4m.ply); about 0.55 GB of memory per million faces.
     #[arg(long, value_name = "N", conflicts_with = "faces", requires = "out", value_parser = clap::value_parser!(u64).range(2_000..=20_000_000))]
     large: Option<u64>,
+    /// Write only a rough ball of at least this many faces (boulder-100m.ply), 19 bytes of file and next to no memory a face.
+    #[arg(long, value_name = "N", conflicts_with_all = ["faces", "large"], requires = "out", value_parser = clap::value_parser!(u64).range(12..=1_000_000_000))]
+    boulder: Option<u64>,
 }
 
 /// Why no sample could be written.
@@ -86,11 +90,17 @@ pub(crate) fn run(args: &Args) -> Result<(), DataError> {
     let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data");
     let out = args.out.as_deref().unwrap_or(&home);
     let odd = out.join("odd");
-    let folder = if args.large.is_some() { out } else { &odd };
+    let folder = if args.large.or(args.boulder).is_some() { out } else { &odd };
     fs::create_dir_all(folder).map_err(|source| DataError::io(folder, source))?;
     if let Some(faces) = args.large {
         let path = out.join(format!("sculpture-{}.ply", short(faces)));
         return write(&path, &sculpture(faces)?, sculpture::COMMENT);
+    }
+    if let Some(faces) = args.boulder {
+        let path = out.join(format!("boulder-{}.ply", short(faces)));
+        let counts = boulder::write_file(&path, faces).map_err(|source| DataError::io(&path, source))?;
+        say(&path, &format!("{} faces, {} vertices", counts.0, counts.1));
+        return Ok(());
     }
     for (name, bytes) in odd::files() {
         let path = odd.join(name);
