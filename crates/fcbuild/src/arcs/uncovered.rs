@@ -62,7 +62,7 @@ const FOLDED: f64 = -0.5;
 /// Over a parabola the square of the distance from the chord sums up to 0.15 times both, and both sheets of a flap
 /// have such a strip; a vertex brings two triangles, and the cost of a merge is per triangle and one. Half of that is
 /// best in the mean: the vertex leaves strips behind.
-const STRIP: f64 = 0.05;
+pub(super) const STRIP: f64 = 0.05;
 
 /// A vertex is not worth a key that is larger than the next one by less than this factor: it comes soon anyway.
 pub(super) const WORTH: f64 = 1.4;
