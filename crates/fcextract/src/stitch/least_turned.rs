@@ -95,3 +95,58 @@ impl LeastTurned {
         self.parts[first * n + last] = least;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Tries all triangulations of the corners from `first` to `last`, one by one.
+    fn naive(points: &[DVec2], first: usize, last: usize) -> f64 {
+        let with = |third: usize| {
+            let turned = (-grid::area(points[first], points[third], points[last])).max(0.0);
+            turned + naive(points, first, third) + naive(points, third, last)
+        };
+        (first + 1..last).map(with).reduce(f64::min).unwrap_or(0.0)
+    }
+
+    fn found(points: &[DVec2], heights: &[f64]) -> Vec<[usize; 3]> {
+        let mut least_turned = LeastTurned::default();
+        // What a larger polygon has left must not matter.
+        least_turned.show(&[DVec2::ONE; 12], &[3.0; 12], |_| ());
+        let mut triangles = Vec::new();
+        least_turned.show(points, heights, |t| triangles.push(t));
+        triangles
+    }
+
+    proptest! {
+        /// Corners anywhere, many on others or in line with them.
+        #[test]
+        fn no_triangulation_turns_less_over(
+            corners in prop::collection::vec([-6_i32..6, -6_i32..6, -3_i32..3], 3..=9)
+        ) {
+            let points: Vec<DVec2> =
+                corners.iter().map(|[x, y, _]| DVec2::new(f64::from(*x), f64::from(*y))).collect();
+            let heights: Vec<f64> = corners.iter().map(|[_, _, h]| f64::from(*h)).collect();
+            let triangles = found(&points, &heights);
+            prop_assert_eq!(triangles.len(), points.len() - 2);
+            let turned = |t: &[usize; 3]| {
+                let [a, b, c] = t.map(|k| points[k]);
+                (-grid::area(a, b, c)).max(0.0)
+            };
+            let sum: f64 = triangles.iter().map(turned).sum();
+            prop_assert_eq!(sum, naive(&points, 0, points.len() - 1));
+        }
+    }
+
+    /// A saddle: both ways are valid, and the one along the ridge that the plane goes through is nearer to it.
+    #[test]
+    fn of_valid_ones_the_nearest_to_the_plane_is_taken() {
+        let square = [(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0)].map(DVec2::from);
+        let has_edge = |triangles: &[[usize; 3]], a: usize, b: usize| {
+            triangles.iter().all(|t| t.contains(&a) && t.contains(&b))
+        };
+        assert!(has_edge(&found(&square, &[0.0, -2.0, 0.0, -2.0]), 0, 2));
+        assert!(has_edge(&found(&square, &[-2.0, 0.0, -2.0, 0.0]), 1, 3));
+    }
+}
