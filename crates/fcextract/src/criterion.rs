@@ -1,5 +1,6 @@
 //! What becomes of the nodes and vertices of a page.
 
+use crate::eager::UNKNOWN;
 use crate::extraction::Stats;
 use crate::part::{Settled, Sight};
 use crate::{Order, Perspective, Selection, Tolerance};
@@ -14,8 +15,30 @@ pub(crate) trait Criterion {
     /// Whether the vertex of this index is drawn.
     fn activates(&self, index: u32, vertex: &VertexRecord) -> bool;
 
-    /// Vertices of the page with smaller keys than this are not active, unless their spheres are larger than the page's.
-    fn least(&self) -> i16;
+    /// What the rank of a vertex's key says about it.
+    fn thresholds(&self) -> Thresholds;
+}
+
+/// What the ranks of keys say about vertices.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Thresholds {
+    /// Vertices with keys from here on are active.
+    pub(crate) active: i16,
+    /// Vertices with smaller keys than this are not active, unless their spheres are larger than that of the page or of
+    /// the node on whose boundary they are.
+    pub(crate) inactive: i16,
+}
+
+impl Thresholds {
+    /// Nothing.
+    const NOTHING: Thresholds = Thresholds { active: UNKNOWN, inactive: i16::MIN };
+
+    /// Whether a vertex of this rank is active; none if it takes a closer look. [`UNKNOWN`] always does.
+    #[inline]
+    pub(crate) fn of(self, rank: i16) -> Option<bool> {
+        let is_active = (rank >= self.active) & (rank != UNKNOWN);
+        (is_active | (rank < self.inactive)).then_some(is_active)
+    }
 }
 
 impl Criterion for Selection {
@@ -31,8 +54,8 @@ impl Criterion for Selection {
     }
 
     #[inline]
-    fn least(&self) -> i16 {
-        i16::MIN
+    fn thresholds(&self) -> Thresholds {
+        Thresholds::NOTHING
     }
 }
 
@@ -100,18 +123,19 @@ pub(crate) struct Boundary<'a> {
     records: &'a [VertexRecord],
     selection: &'a Selection,
     seen: Option<Seen<'a>>,
-    /// As [`Criterion::least`] of the node.
-    pub(crate) least: i16,
+    /// As those of a [`Criterion`].
+    pub(crate) thresholds: Thresholds,
 }
 
 impl<'a> Boundary<'a> {
     pub(crate) fn of(selection: &'a Selection, reader: &Reader<'a>, node: &Node) -> Boundary<'a> {
         let seen = Seen::below(selection, node);
-        let least = match &seen {
-            Some(seen) => seen.inactive,
-            None => Everywhere::within(selection).map_or(i16::MIN, |everywhere| everywhere.active),
+        let thresholds = match &seen {
+            Some(seen) => seen.thresholds(),
+            None => Everywhere::within(selection)
+                .map_or(Thresholds::NOTHING, |everywhere| everywhere.thresholds()),
         };
-        Boundary { records: reader.vertices(), selection, seen, least }
+        Boundary { records: reader.vertices(), selection, seen, thresholds }
     }
 
     /// Whether the vertex of this index is drawn; not if there is none.
@@ -130,7 +154,7 @@ impl Criterion for Seen<'_> {
         stats.nodes_visited += 1;
         let mut settled = settled;
         if !settled.is_shown() {
-            match self.selection.shows(&page.node(branch)?, branch.face_count(), settled, stats) {
+            match self.selection.shows_of_page(page, branch, settled, stats)? {
                 Some(now_settled) => settled = now_settled,
                 None => return Some(Sight::Culled),
             }
@@ -163,8 +187,8 @@ impl Criterion for Seen<'_> {
     }
 
     #[inline]
-    fn least(&self) -> i16 {
-        self.inactive
+    fn thresholds(&self) -> Thresholds {
+        Thresholds { active: self.refined, inactive: self.inactive }
     }
 }
 
@@ -214,8 +238,8 @@ impl Criterion for Everywhere {
     }
 
     #[inline]
-    fn least(&self) -> i16 {
-        self.active
+    fn thresholds(&self) -> Thresholds {
+        Thresholds { active: self.active, inactive: self.active }
     }
 }
 

@@ -153,7 +153,7 @@ impl Extraction {
         subtree: Subtree,
         settled: Settled,
     ) -> Result<Option<(Subtree, Settled)>, Error> {
-        if self.draw_page(work, source, &subtree, settled)? {
+        if subtree.top().is_none() && self.draw_page(work, source, &subtree, settled)? {
             return Ok(None);
         }
         let Source { reader, selection, eager } = source;

@@ -5,12 +5,12 @@
 
 use crate::batch::{BATCH_TRIANGLES, Batch};
 use crate::criterion::{Criterion, Everywhere, Seen};
-use crate::eager::Table;
+use crate::eager::{Kept, Table};
 use crate::extraction::{Source, Stats};
 use crate::part::{Settled, Sight};
 use crate::stitch::{PagePolygon, Stitcher};
 use crate::{Error, Tolerance};
-use fct::{Branch, Page, Subtree};
+use fct::{Branch, Loops, Page, Subtree};
 
 /// Draws pages; keeps its memory from one to the next.
 #[derive(Debug, Default)]
@@ -21,6 +21,16 @@ pub(crate) struct PageWalk {
     /// Branches to be divided into batches, and which of the clusters are in them.
     waiting: Vec<(Branch, usize, usize)>,
     polygon: PagePolygon,
+    loops: Loops,
+}
+
+/// What is known of the boundary of a cluster that is drawn the general way.
+#[derive(Clone, Copy, Debug)]
+enum Known<'a> {
+    Nothing,
+    /// What is drawn of its loops.
+    Loops(&'a Loops),
+    Kept(&'a Kept),
 }
 
 /// Where the mesh goes.
@@ -55,10 +65,14 @@ impl PageWalk {
         }
         self.drawn.clear();
         let first_cluster = mesh.clusters.len();
-        let mut general = |branch: &Branch, indices: &mut Vec<u32>| {
+        let mut general = |branch: &Branch, known: Known<'_>, indices: &mut Vec<u32>| {
             let subtree = page.subtree(branch);
             let node = reader.node(&subtree)?;
-            stitcher.draw(reader, selection, &subtree, &node, indices)
+            match known {
+                Known::Nothing => stitcher.draw(reader, selection, &subtree, &node, indices),
+                Known::Loops(loops) => stitcher.draw_loops(reader, loops, (&subtree, &node), indices),
+                Known::Kept(kept) => stitcher.draw_kept(reader, kept, (&subtree, &node), indices),
+            }
         };
         let all = selection.tolerance == Tolerance::Full && selection.is_plain() && settled.is_shown();
         let sound = if all {
@@ -100,7 +114,7 @@ impl PageWalk {
         root: (Branch, Settled),
         criterion: &C,
         mesh: &mut Mesh<'_>,
-        general: &mut impl FnMut(&Branch, &mut Vec<u32>) -> Result<u64, Error>,
+        general: &mut impl FnMut(&Branch, Known<'_>, &mut Vec<u32>) -> Result<u64, Error>,
     ) -> Result<Option<()>, Error> {
         let mut is_ready = false;
         self.stack.clear();
@@ -121,6 +135,16 @@ impl PageWalk {
                     }
                     Sight::Drawn => {
                         self.begin_cluster(branch, mesh);
+                        if branch == page.whole()
+                            && let Some(eager) = eager
+                            && let Some(is_drawn) = self.polygon.draw_root(page, eager, criterion, mesh)
+                        {
+                            if !is_drawn {
+                                let known = Known::Kept(self.polygon.kept());
+                                mesh.stats.folded += general(&branch, known, mesh.indices)?;
+                            }
+                            break;
+                        }
                         if !is_ready {
                             let Some(active) = self.polygon.begin(page, eager, criterion) else {
                                 return Ok(None);
@@ -134,7 +158,11 @@ impl PageWalk {
                             return Ok(None);
                         };
                         if !is_drawn {
-                            mesh.stats.folded += general(&branch, mesh.indices)?;
+                            let known = match self.polygon.read_loops(page, &branch, &mut self.loops) {
+                                true => Known::Loops(&self.loops),
+                                false => Known::Nothing,
+                            };
+                            mesh.stats.folded += general(&branch, known, mesh.indices)?;
                         }
                         break;
                     }

@@ -2,8 +2,8 @@
 
 use crate::extraction::{Stats, sphere_of};
 use crate::{Error, Selection};
-use fcgeom::{Cone, Containment, Side};
-use fct::{Child, Node, Subtree, Tree};
+use fcgeom::{Cone, Containment, Glance, Side, Sphere};
+use fct::{Branch, Child, ConeFrame, Node, Page, Subtree, Tree};
 
 /// A subtree that meets the cut: no node above it is in the cut, so that all it draws is drawn below it.
 #[derive(Clone, Copy, Debug)]
@@ -126,16 +126,44 @@ impl Selection {
         }
         if let Some(eye) = self.backface_eye.filter(|_| !settled.facing) {
             let cone = Cone { axis: node.axis().into(), cos: node.cos() };
-            match cone.side(&sphere_of(node), eye) {
-                Some(Side::Back) => {
-                    stats.culled_cone += 1;
-                    stats.faces_culled += u64::from(faces);
-                    return None;
-                }
-                Some(Side::Front) => settled.facing = true,
-                None => {}
-            }
+            return turned(cone.side(&sphere_of(node), eye), faces, settled, stats);
         }
         Some(settled)
+    }
+
+    /// The same for a node of a page, mostly by a glance at its cone; none if it is not there.
+    #[inline]
+    pub(crate) fn shows_of_page(
+        &self,
+        page: &Page<'_>,
+        branch: &Branch,
+        settled: Settled,
+        stats: &mut Stats,
+    ) -> Option<Option<Settled>> {
+        if let Some(eye) = self.backface_eye.filter(|_| settled.inside) {
+            let Some(ConeFrame { center, radius, axis, sin_cos }) = page.cone(branch) else {
+                return Some(Some(settled));
+            };
+            let sphere = Sphere { center: center.into(), radius };
+            if let Glance::Clear(side) = Cone::side_at_a_glance(axis.into(), sin_cos, &sphere, eye) {
+                return Some(turned(side, branch.face_count(), settled, stats));
+            }
+        }
+        Some(self.shows(&page.node(branch)?, branch.face_count(), settled, stats))
+    }
+}
+
+/// What is known of a node of so many faces all of which turn that side to the eye; none if it is the back, which is
+/// counted.
+#[inline]
+fn turned(side: Option<Side>, faces: u32, settled: Settled, stats: &mut Stats) -> Option<Settled> {
+    match side {
+        Some(Side::Back) => {
+            stats.culled_cone += 1;
+            stats.faces_culled += u64::from(faces);
+            None
+        }
+        Some(Side::Front) => Some(Settled { facing: true, ..settled }),
+        None => Some(settled),
     }
 }

@@ -31,9 +31,32 @@ pub enum Side {
     Back,
 }
 
+/// What is seen in single precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Glance {
+    /// The answer.
+    Clear(Option<Side>),
+    /// It takes a closer look.
+    Unclear,
+}
+
 /// What a test for back faces must exceed, as a sine. Normals and axes in `f32` are off by up to 1e-7; a face that is
 /// seen at a flatter angle than this has no width on the screen.
 const MARGIN: f64 = 1.0e-6;
+
+/// What rounding to single precision may do to the lengths that [`Cone::side`] compares, over the distance, and
+/// [`MARGIN`]: a vector of length D comes out within 1e-7 D, its product with an axis within 6e-7 D, and with
+/// [`NEARBY`] the tangent's length within 1.5e-6 D.
+const DOUBT: f32 = 8.0e-6;
+
+/// The square of the sine of an angle, see [`DOUBT`]: the eye is farther away than 1.02 radii.
+const NEARBY: f32 = 0.04;
+
+/// Squares of lengths are no smaller than this.
+const SMALLEST: f32 = 1.0e-24;
+
+/// How far from 1 the square of a unit vector's length may be.
+const UNIT: f32 = 1.0e-6;
 
 /// Two normals farther apart than twice this need a cone with a half angle of over 87 degrees. That never culls
 /// anything in practice; the closed surfaces near a tree's root are spared the rest of the work.
@@ -133,7 +156,47 @@ impl Cone {
     ///
     /// None when in doubt: with NaN, or with the eye inside the sphere. See [`Cone::is_backfacing`].
     #[must_use]
+    #[inline]
     pub fn side(&self, sphere: &Sphere, eye: DVec3) -> Option<Side> {
+        let cos = self.cos;
+        let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
+        // NaN, and a cosine of more than 1, are not clear either.
+        let is_unit = (self.axis.length_squared() - 1.0).abs() < UNIT;
+        match Self::side_at_a_glance(self.axis, [sin, cos], sphere, eye) {
+            Glance::Clear(side) if is_unit => side,
+            _ => self.side_exactly(sphere, eye),
+        }
+    }
+
+    /// What [`Cone::side`] says, in single precision, where that leaves no doubt; for a unit axis, and the sine and the
+    /// cosine of the half angle, all within 4e-7.
+    #[must_use]
+    #[inline]
+    pub fn side_at_a_glance(axis: Vec3, [sin, cos]: [f32; 2], sphere: &Sphere, eye: DVec3) -> Glance {
+        let to_center = (sphere.center.as_dvec3() - eye).as_vec3();
+        let squared = to_center.length_squared();
+        let radius = sphere.radius;
+        let tangent_squared = squared - radius * radius;
+        // Nearer to the sphere too many digits are lost, with smaller numbers all of them.
+        let is_apart = tangent_squared > NEARBY * squared && radius >= 0.0 && squared > SMALLEST;
+        let tangent = tangent_squared.sqrt();
+        let along = to_center.dot(axis);
+        let least = sin * tangent + cos * radius;
+        let cos_sum = cos * tangent - sin * radius;
+        // No less than the distance times that.
+        let doubt = DOUBT * (tangent + radius);
+        if !is_apart || cos.is_nan() {
+            Glance::Unclear
+        } else if along.abs() < least - doubt || cos_sum < -doubt {
+            Glance::Clear(None)
+        } else if along.abs() > least + doubt && cos_sum > doubt && cos > 0.0 {
+            Glance::Clear(Some(if along > 0.0 { Side::Back } else { Side::Front }))
+        } else {
+            Glance::Unclear
+        }
+    }
+
+    pub(crate) fn side_exactly(&self, sphere: &Sphere, eye: DVec3) -> Option<Side> {
         let to_center = sphere.center.as_dvec3() - eye;
         let squared = to_center.length_squared();
         let radius = f64::from(sphere.radius);

@@ -30,7 +30,7 @@ pub mod symmetric;
 mod tests;
 
 pub use cca::cca_axis;
-pub use cone::{Cone, Side};
+pub use cone::{Cone, Glance, Side};
 pub use frustum::{Containment, Frustum};
 pub use moments::{FaceMoments, Moments};
 pub use pca::{PlaneFit, pca_axis};

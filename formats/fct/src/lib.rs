@@ -36,6 +36,7 @@ mod chunk;
 mod container;
 mod displacement;
 mod error;
+mod halves;
 mod hash;
 mod header;
 #[cfg(feature = "command")]
@@ -76,7 +77,7 @@ pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
 pub use interrupt::{Interrupt, Stopped};
 pub use loops::Loops;
 pub use meta::{MAX_META_LEN, Meta};
-pub use node::{BoundingPolygon, Node};
+pub use node::{BoundingPolygon, ConeFrame, Node};
 pub use octahedral::{FineNormalRecord, NormalRecord};
 pub use pack::{ClusterData, Clusters, Decoded, PackError, Packed, PageRun, PlainClusters, Plan};
 pub use page::{Branch, Page};

@@ -24,7 +24,7 @@ impl Loops {
     }
 
     /// The loops as runs of vertex indices. An edge leads from the last of each to its first.
-    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> + Clone {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, end)| self.vertices.get(start..*end).unwrap_or_default())
     }

@@ -130,6 +130,40 @@ pub(crate) fn cosine_of(width: u8) -> f32 {
     1.0 - w * w
 }
 
+/// The sphere and the normal cone of a node in a page, in single precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConeFrame {
+    /// Centre and radius of the bounding sphere, as [`Node`] has them.
+    pub center: [f32; 3],
+    /// See `center`.
+    pub radius: f32,
+    /// [`Node::axis`] but for rounding.
+    pub axis: [f32; 3],
+    /// The sine of the cone's half angle but for rounding, and its cosine, which is above 0.
+    pub sin_cos: [f32; 2],
+}
+
+impl ConeFrame {
+    /// Of a node in a page; none if its cone holds every direction.
+    #[inline]
+    pub(crate) fn of(page: &PageRecord, record: &NodeRecord) -> Option<Self> {
+        if record.width == u8::MAX {
+            return None;
+        }
+        let quantum = page.quantum.get();
+        let [x, y, z] = unpack(page.origin);
+        let [i, j, k] = record.center.map(|c| quantum * f32::from(c));
+        let w = f32::from(record.width) / 256.0;
+        Some(Self {
+            center: [x + i, y + j, z + k],
+            radius: quantum * f32::from(record.radius),
+            axis: record.axis.near(),
+            // With cos = 1 - w^2, sin^2 = (1 - cos) (1 + cos).
+            sin_cos: [w * (2.0 - w * w).sqrt(), 1.0 - w * w],
+        })
+    }
+}
+
 /// The root of a modelling error in quanta: (8 + m) 2^(e - 26), with e the upper 5 bits and m the lower 3; 0 for 0.
 pub(crate) fn root_of(code: u8) -> f64 {
     if code == 0 {
@@ -181,7 +215,32 @@ impl BoundingPolygon {
 
 #[cfg(test)]
 mod tests {
-    use super::{cosine_of, root_of};
+    use super::{ConeFrame, Node, cosine_of, root_of};
+    use crate::octahedral::NormalRecord;
+    use crate::records::{NodeRecord, PageRecord, pack};
+    use proptest::prelude::*;
+    use zerocopy::little_endian::F32;
+
+    proptest! {
+        /// The short way to a cone ends where the long one does.
+        #[test]
+        fn cones_agree(center: [u8; 3], radius: u8, uv: [i8; 2], width: u8) {
+            let page = PageRecord { origin: pack([3.0, -0.5, 40.0]), quantum: F32::new(0.25), ..PageRecord::default() };
+            let record = NodeRecord { center, radius, axis: NormalRecord { uv }, width, ..NodeRecord::default() };
+            let node = Node::of_page(&page, &record);
+            let Some(cone) = ConeFrame::of(&page, &record) else {
+                prop_assert!(node.cos() == -1.0);
+                return Ok(());
+            };
+            prop_assert_eq!((cone.center, cone.radius), (node.center, node.radius));
+            for (short, long) in cone.axis.iter().zip(node.axis()) {
+                prop_assert!((short - long).abs() < 3e-7);
+            }
+            let [sin, cos] = cone.sin_cos.map(f64::from);
+            prop_assert!(cos == f64::from(node.cos()) && cos > 0.0);
+            prop_assert!((sin - (1.0 - cos * cos).sqrt()).abs() < 3e-7);
+        }
+    }
 
     #[test]
     fn codes_are_in_order() {

@@ -8,7 +8,7 @@ use zerocopy::little_endian::U32;
 
 use crate::child::{Child, ChildRef};
 use crate::loops::{follow_small, read_stored};
-use crate::node::Node;
+use crate::node::{ConeFrame, Node};
 use crate::outline::stores_loops;
 use crate::plane::PlaneFrame;
 use crate::records::{NodeRecord, PageRecord, SMALL_FACES, STORES_LOOPS, VertexRecord};
@@ -165,6 +165,12 @@ impl<'a> Page<'a> {
     #[inline]
     pub fn node(&self, branch: &Branch) -> Option<Node> {
         self.record_of(branch).map(|record| Node::of_page(self.record, record))
+    }
+
+    /// Where the root of a branch lies and its faces turn; none for a face, and where they turn every way.
+    #[inline]
+    pub fn cone(&self, branch: &Branch) -> Option<ConeFrame> {
+        ConeFrame::of(self.record, self.record_of(branch)?)
     }
 
     /// The bound and the budget key of the node at the root of a branch; none for a face.

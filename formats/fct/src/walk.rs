@@ -149,7 +149,18 @@ impl<'a> Reader<'a> {
         Ok([left, right])
     }
 
+    #[inline]
     fn split_top(&self, subtree: &Subtree, index: u32) -> Result<[Subtree; 2], Broken> {
+        // What is sound is soon found.
+        match self.halves_of_top(subtree, index) {
+            Some(halves) => Ok(halves),
+            None => self.split_top_closely(subtree, index),
+        }
+    }
+
+    /// The same step by step, to say what is wrong.
+    #[cold]
+    fn split_top_closely(&self, subtree: &Subtree, index: u32) -> Result<[Subtree; 2], Broken> {
         let record = self.top(index)?;
         let [left, right] = [record.left.get(), record.right.get()];
         let (first, end) = (subtree.first_face, subtree.face_end);

@@ -14,13 +14,15 @@ mod least_turned;
 mod page_polygon;
 #[cfg(test)]
 mod polygons;
+mod top_polygon;
 mod triangulate;
 
 pub(crate) use page_polygon::PagePolygon;
 
 use crate::criterion::Boundary;
-use crate::eager::Table;
+use crate::eager::{Kept, Table};
 use crate::{Error, Selection};
+use best::{BEST_UP_TO, Best};
 use bridge::Bridge;
 use diagonals::{DIAGONALS_UP_TO, Diagonals};
 use fct::{Loops, Node, Reader, Subtree, VertexRecord};
@@ -36,6 +38,7 @@ pub(crate) struct Stitcher {
     heights: Vec<f64>,
     bridge: Bridge,
     triangulator: Triangulator,
+    best: Best,
     /// The outline's vertices in space.
     corners: Vec<DVec3>,
     diagonals: Diagonals,
@@ -77,11 +80,59 @@ impl Stitcher {
             return self.draw(reader, selection, subtree, node, out);
         };
         let boundary = Boundary::of(selection, reader, node);
-        if !eager.read_top(top, boundary.least, &mut self.loops) {
-            reader.read_loops(subtree, &mut self.loops)?;
-            eager.fill_top(top, node, reader.vertices(), &self.loops);
+        let mut kept = Kept::default();
+        let is_known =
+            eager.keep_of_top(top, boundary.thresholds, &mut kept, |vertex| boundary.draws(vertex)).is_some();
+        if is_known {
+            return self.draw_kept(reader, &kept, (subtree, node), out);
         }
+        reader.read_loops(subtree, &mut self.loops)?;
+        eager.fill_top(reader, (subtree, node), &self.loops)?;
         self.stitch(reader, &boundary, subtree, node, out)
+    }
+
+    /// Appends the triangles of a node of whose boundary it is known what is drawn.
+    pub(crate) fn draw_kept(
+        &mut self,
+        reader: &Reader<'_>,
+        kept: &Kept,
+        (subtree, node): (&Subtree, &Node),
+        out: &mut Vec<u32>,
+    ) -> Result<u64, Error> {
+        let (vertices, ends) = (kept.vertices(), kept.ends());
+        let is_simple = (4..=BEST_UP_TO).contains(&vertices.len()) && ends.len() == 1 && node.cos() > 0.0;
+        if is_simple && self.draw_best(reader.vertices(), kept, node, out) {
+            return Ok(0);
+        }
+        let outline = &mut self.outline;
+        outline.vertices.clear();
+        outline.vertices.extend_from_slice(vertices);
+        outline.loop_ends.clear();
+        outline.loop_ends.extend_from_slice(ends);
+        self.show(reader, subtree, node, out)
+    }
+
+    /// Appends the best triangulation of a polygon of few corners; false, and nothing, if none is valid.
+    fn draw_best(&mut self, records: &[VertexRecord], kept: &Kept, node: &Node, out: &mut Vec<u32>) -> bool {
+        let vertices = kept.vertices();
+        top_polygon::lay(records, vertices, (node, kept.first_corner), &mut self.best);
+        self.best.show(vertices.len(), |triangle| push(out, triangle.map(|corner| vertices[corner])))
+    }
+
+    /// The same for a node of whose boundary these loops are drawn.
+    pub(crate) fn draw_loops(
+        &mut self,
+        reader: &Reader<'_>,
+        loops: &Loops,
+        (subtree, node): (&Subtree, &Node),
+        out: &mut Vec<u32>,
+    ) -> Result<u64, Error> {
+        let outline = &mut self.outline;
+        outline.vertices.clear();
+        outline.vertices.extend_from_slice(&loops.vertices);
+        outline.loop_ends.clear();
+        outline.loop_ends.extend_from_slice(&loops.ends);
+        self.show(reader, subtree, node, out)
     }
 
     /// Appends the triangles of a node whose loops were read.
@@ -93,7 +144,6 @@ impl Stitcher {
         node: &Node,
         out: &mut Vec<u32>,
     ) -> Result<u64, Error> {
-        let records = reader.vertices();
         let outline = &mut self.outline;
         outline.vertices.clear();
         outline.loop_ends.clear();
@@ -106,6 +156,19 @@ impl Stitcher {
                 outline.loop_ends.push(outline.vertices.len());
             }
         }
+        self.show(reader, subtree, node, out)
+    }
+
+    /// Appends the triangles of the outline.
+    fn show(
+        &mut self,
+        reader: &Reader<'_>,
+        subtree: &Subtree,
+        node: &Node,
+        out: &mut Vec<u32>,
+    ) -> Result<u64, Error> {
+        let records = reader.vertices();
+        let outline = &self.outline;
         if outline.vertices.is_empty() {
             return Ok(0);
         }

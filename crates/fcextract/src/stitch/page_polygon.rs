@@ -2,9 +2,9 @@
 
 use super::best::{BEST_UP_TO, Best};
 use crate::criterion::Criterion;
-use crate::eager::Table;
+use crate::eager::{Kept, Table};
 use crate::page::Mesh;
-use fct::{Branch, Page};
+use fct::{Branch, Loops, Page, PlaneFrame, SMALL_FACES, VertexRecord};
 
 /// Draws clusters of one page at a time.
 #[derive(Debug)]
@@ -19,6 +19,10 @@ pub(crate) struct PagePolygon {
     z: [f32; 256],
     /// The active vertices of the loops that were read last.
     ring: [u8; 256],
+    /// Of a page's root, what is drawn of its boundary.
+    kept: Kept,
+    /// The corners of a polygon.
+    corners: [u32; ROOM],
     best: Best,
 }
 
@@ -45,6 +49,8 @@ impl Default for PagePolygon {
             y: [0.0; 256],
             z: [0.0; 256],
             ring: [0; 256],
+            kept: Kept::default(),
+            corners: [0; ROOM],
             best: Best::default(),
         }
     }
@@ -61,21 +67,26 @@ impl PagePolygon {
     ) -> Option<usize> {
         self.state = [ABSENT; 256];
         self.state.get_mut(..page.vertex_count())?.fill(0);
-        let least = criterion.least();
+        let thresholds = criterion.thresholds();
         let mut active = 0;
         let is_known = eager.is_some_and(|eager| {
-            eager.show_of_page(page, least, |local| {
-                active += usize::from(self.look_at(page, local, criterion));
+            eager.show_of_page(page, thresholds.inactive, |local, rank| {
+                active += usize::from(self.look_at(page, (local, thresholds.of(rank)), criterion));
             })
         });
         if is_known { Some(active) } else { self.look_at_all(page, criterion) }
     }
 
     #[inline]
-    fn look_at(&mut self, page: &Page<'_>, local: u8, criterion: &impl Criterion) -> bool {
+    fn look_at(
+        &mut self,
+        page: &Page<'_>,
+        (local, known): (u8, Option<bool>),
+        criterion: &impl Criterion,
+    ) -> bool {
         let Some((index, record)) = page.vertex(local) else { return false };
         let local = usize::from(local);
-        let is_active = criterion.activates(index, record);
+        let is_active = known.unwrap_or_else(|| criterion.activates(index, record));
         if is_active {
             self.state[local] = 1;
             self.vertex[local] = index;
@@ -130,45 +141,115 @@ impl PagePolygon {
         };
         // Where the cluster folds over there is no direction that all its faces face.
         let Some(frame) = frame else { return Some(false) };
+        for (four, locals) in self.ring.as_chunks::<4>().0.iter().enumerate().take(corners.div_ceil(4)) {
+            for (lane, local) in locals.iter().enumerate() {
+                let (at, local) = (4 * four + lane, usize::from(*local));
+                self.best.x[at] = self.x[local];
+                self.best.y[at] = self.y[local];
+                self.best.height[at] = self.z[local];
+                self.corners[at] = self.vertex[local];
+            }
+        }
+        let base = page.vertex(page.first_face(branch)?[0])?.1;
+        Some(self.show(page, corners, (&frame, base), mesh))
+    }
+
+    /// The same for a page's root by what is known of its boundary; none, and nothing, if that is not enough.
+    #[inline]
+    pub(crate) fn draw_root(
+        &mut self,
+        page: &Page<'_>,
+        eager: &Table,
+        criterion: &impl Criterion,
+        mesh: &mut Mesh<'_>,
+    ) -> Option<bool> {
+        let draws =
+            |vertex| page.record_of_vertex(vertex).is_some_and(|record| criterion.activates(vertex, record));
+        if eager.keep_of_page(page, criterion.thresholds(), &mut self.kept, draws).is_none() {
+            let _ = eager.fill_root(page);
+            return None;
+        }
+        let (frame, bound) = page.plane(&page.whole())?;
+        let vertices = self.kept.vertices();
+        let corners = vertices.len();
+        let is_simple = corners <= BEST_UP_TO && self.kept.ends().len() < 2;
+        let Some(frame) = frame.filter(|_| is_simple && corners > 0) else {
+            mesh.stats.bound = mesh.stats.bound.max(bound);
+            return Some(corners == 0);
+        };
+        let base = page.record_of_vertex(self.kept.first_corner)?;
+        for (at, vertex) in vertices.iter().enumerate() {
+            let place = page.record_of_vertex(*vertex)?.position();
+            [self.best.x[at], self.best.y[at], self.best.height[at]] = place.map(|c| c * page.per_quantum());
+            self.corners[at] = *vertex;
+        }
+        mesh.stats.bound = mesh.stats.bound.max(bound);
+        Some(self.show(page, corners, (&frame, base), mesh))
+    }
+
+    /// Appends the triangles of the polygon of so many corners, three or more, whose places are in `best`; false, and
+    /// nothing, if there is no valid triangulation. `base` is the first corner of its first face.
+    #[inline]
+    fn show(
+        &mut self,
+        page: &Page<'_>,
+        corners: usize,
+        (frame, base): (&PlaneFrame, &VertexRecord),
+        mesh: &mut Mesh<'_>,
+    ) -> bool {
         let [tangent, other, axis] = frame.axes;
-        let [first, second, third, ..] = self.ring;
+        let Best { x, y, height, .. } = &mut self.best;
         // Places from the first corner on, which loses no digits of small polygons far from the origin.
-        let origin = self.place(first);
+        let origin = [x[0], y[0], height[0]];
         if corners == 3 {
-            mesh.indices
-                .extend_from_slice(&[first, second, third].map(|local| self.vertex[usize::from(local)]));
-            let (u, v) = (minus(self.place(second), origin), minus(self.place(third), origin));
+            let [first, second, third, ..] = self.corners;
+            mesh.indices.extend_from_slice(&[first, second, third]);
+            let [u, v] = [1, 2].map(|i| minus([x[i], y[i], height[i]], origin));
             let twice_area = dot(u, tangent) * dot(v, other) - dot(v, tangent) * dot(u, other);
             mesh.stats.folded += u64::from(twice_area < 0.0);
-            return Some(true);
+            return true;
         }
-        let base = page.vertex(page.first_face(branch)?[0])?.1.position();
-        let base = base.map(|c| c * page.per_quantum());
+        let base = base.position().map(|c| c * page.per_quantum());
         let [u, v] = frame.lean;
         let across = sum(axis, sum(times(u, tangent), times(v, other)));
         let level = dot(minus(base, origin), across) + frame.height * frame.length;
-        let mut vertices = [0_u32; ROOM];
-        let Best { x, y, height, .. } = &mut self.best;
-        let ring = self.ring.as_chunks::<4>().0;
-        for (four, locals) in ring.iter().enumerate().take(corners.div_ceil(4)) {
-            let at = 4 * four;
-            for (lane, local) in locals.iter().enumerate() {
-                let local = usize::from(*local);
-                x[at + lane] = self.x[local];
-                y[at + lane] = self.y[local];
-                height[at + lane] = self.z[local];
-                vertices[at + lane] = self.vertex[local];
-            }
-            for i in at..at + 4 {
+        for four in 0..corners.div_ceil(4) {
+            for i in 4 * four..4 * four + 4 {
                 let d = [x[i] - origin[0], y[i] - origin[1], height[i] - origin[2]];
                 x[i] = dot(d, tangent);
                 y[i] = dot(d, other);
                 height[i] = dot(d, across) - level;
             }
         }
-        Some(self.best.show(corners, |triangle| {
+        let vertices = &self.corners;
+        self.best.show(corners, |triangle| {
             mesh.indices.extend_from_slice(&triangle.map(|corner| vertices[corner % ROOM]));
-        }))
+        })
+    }
+
+    /// What of a page's root's boundary is drawn, after [`PagePolygon::draw_root`].
+    pub(crate) fn kept(&self) -> &Kept {
+        &self.kept
+    }
+
+    /// Leaves all active loops of a branch in `out`; false if its vertices come in another order than elsewhere.
+    pub(crate) fn read_loops(&self, page: &Page<'_>, branch: &Branch, out: &mut Loops) -> bool {
+        out.clear();
+        let is_read = page.rings(branch, |entries| {
+            let start = out.vertices.len();
+            for &local in entries {
+                let local = usize::from(local);
+                if self.state[local] == 1 {
+                    out.vertices.push(self.vertex[local]);
+                }
+            }
+            if out.vertices.len() < start + 3 {
+                out.vertices.truncate(start);
+            } else {
+                out.ends.push(out.vertices.len());
+            }
+        });
+        is_read.is_some() && branch.face_count() > SMALL_FACES
     }
 
     /// Leaves the active vertices of a branch's loops in `ring`.
@@ -194,12 +275,6 @@ impl PagePolygon {
             _ if several => Rings::Several,
             n => Rings::One(n),
         })
-    }
-
-    #[inline]
-    fn place(&self, local: u8) -> [f32; 3] {
-        let local = usize::from(local);
-        [self.x[local], self.y[local], self.z[local]]
     }
 }
 

@@ -1,6 +1,6 @@
 use super::reference::smallest_ball;
 use super::{Rng, to_f32};
-use crate::{Cone, Side, Sphere};
+use crate::{Cone, Glance, Side, Sphere};
 use glam::{DVec3, Vec3};
 
 /// The cosine as the stored cone has it, with nothing but the definition.
@@ -143,6 +143,40 @@ fn culls_exactly_what_faces_away() {
         );
     }
     assert!(culled > 1000 && kept > 1000, "{culled} {kept}");
+}
+
+/// What is clear at a glance is so, most is clear, and what lies at the edge is not.
+#[test]
+fn a_glance_agrees() {
+    let mut rng = Rng(66);
+    let (mut clear, mut sides) = (0, [0; 2]);
+    let rounds = 200_000;
+    for round in 0..rounds {
+        let (axis, half, sphere_angle) = (rng.direction(), rng.range(0.0, 1.7), rng.range(0.0, 1.5));
+        // Every other one next to the edge.
+        let is_near = round % 2 == 0;
+        let slack = if is_near { rng.range(-2.0e-5, 2.0e-5) } else { rng.range(-1.0, 1.0) };
+        let tilt = std::f64::consts::FRAC_PI_2 - half - sphere_angle + slack;
+        let side = axis.any_orthonormal_vector();
+        let turned = if rng.unit() < 0.5 { 1.0 } else { -1.0 };
+        let to_center = (axis * tilt.cos() + side * tilt.sin()) * rng.range(0.5, 20.0) * turned;
+        let eye = rng.in_cube() * 10.0;
+        let center = (eye + to_center).as_vec3();
+        let sphere = Sphere { center, radius: (to_center.length() * sphere_angle.sin()) as f32 };
+        let cone = Cone { axis: axis.as_vec3(), cos: half.cos() as f32 };
+        let cos = f64::from(cone.cos);
+        let sin_cos = [((1.0 - cos) * (1.0 + cos)).sqrt() as f32, cone.cos];
+        let exact = cone.side_exactly(&sphere, eye);
+        if let Glance::Clear(seen) = Cone::side_at_a_glance(cone.axis, sin_cos, &sphere, eye) {
+            assert_eq!(seen, exact, "{cone:?} {sphere:?} {eye}");
+            clear += u32::from(!is_near);
+        }
+        assert_eq!(cone.side(&sphere, eye), exact);
+        sides = [Side::Front, Side::Back]
+            .map(|s| u32::from(exact == Some(s)) + sides[usize::from(s == Side::Back)]);
+    }
+    assert!(f64::from(clear) > 0.85 * f64::from(rounds / 2), "{clear}");
+    assert!(sides.iter().all(|n| *n > 1000), "{sides:?}");
 }
 
 /// Right at 90 degrees, where rounding would decide: never over it, nor so little under it that the rounding of

@@ -4,9 +4,14 @@
 //! them may be active at all follows from their keys, so they are sorted out by these before a view looks at them. That
 //! depends on the tree alone: any view, before or after, finds the same.
 
-use crate::Order;
-use crate::criterion::least_over;
-use fct::{LOOP_END, Loops, Node, Page, ShortFloat, Tree, VertexRecord};
+mod ring;
+
+pub(crate) use ring::Kept;
+
+use crate::criterion::{Thresholds, least_over};
+use crate::{Error, Order};
+use fct::{Loops, Node, Page, Reader, SMALL_FACES, ShortFloat, Subtree, Tree, VertexRecord};
+use ring::{Row, is_due};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -19,7 +24,7 @@ pub(crate) struct Eager {
     by_budget: OnceLock<Option<Table>>,
 }
 
-/// The most eager vertices by one order: 256 bytes a page and 128 bytes a node above the pages, together about 2.3 bytes
+/// The most eager vertices by one order: 448 bytes a page and 192 bytes a node above the pages, together about 3.8 bytes
 /// a face, of which only those are ever touched that were drawn.
 ///
 /// A row is written whole before its first number is, and any thread that writes it writes the same.
@@ -28,26 +33,24 @@ pub(crate) struct Table {
     order: Order,
     /// How far it is, then vertices from the most eager one on: [`rank_of`] and local index.
     pages: Vec<[AtomicU32; PAGE_ROW]>,
-    /// How far it is, then vertices of loops in order; the last of each loop has [`LOOP_END`].
-    tops: Vec<[AtomicU32; TOP_ROW]>,
+    /// The boundaries of nodes above the pages.
+    tops: Vec<Row>,
+    /// Those of the roots of pages.
+    roots: Vec<Row>,
 }
 
 /// A row has one number more than vertices. More of them take memory and serve views that draw more of a page, where
 /// looking at all its vertices is soon done.
 const PAGE_ROW: usize = 64;
 
-/// The same above the pages. The polygon of a node has 6 corners in the mean.
-const TOP_ROW: usize = 32;
+/// Stands for the rank of a vertex about which its key says nothing.
+pub(crate) const UNKNOWN: i16 = i16::MAX;
 
 /// It was drawn once. What is drawn but once is not worth sorting.
 const DRAWN: u32 = 1;
 
 /// The row of a page is there.
 const READY: u32 = 1 << 31;
-
-/// So many ranks below a node's own key, half of it, its row ends: where less is allowed near the node than that, the eye
-/// is so near that all its vertices are looked at.
-const RANKS_BELOW: i16 = 128;
 
 impl Eager {
     /// The table of a tree; none if there is no memory for it.
@@ -68,12 +71,15 @@ impl Table {
             order,
             pages: FromZeros::new_vec_zeroed(pages).ok()?,
             tops: FromZeros::new_vec_zeroed(tops).ok()?,
+            roots: FromZeros::new_vec_zeroed(pages).ok()?,
         })
     }
 
-    /// Shows the local indices of all vertices of a page that may be active where vertices with keys below `least` are
-    /// not, unless their spheres are larger than the page's; false, and none, if it does not know.
-    pub(crate) fn show_of_page(&self, page: &Page<'_>, least: i16, mut show: impl FnMut(u8)) -> bool {
+    /// Shows the local indices and ranks of all vertices of a page that may be active where vertices with keys below
+    /// `least` are not, unless their spheres are larger than the page's, which have [`UNKNOWN`]; false, and none, if it
+    /// does not know.
+    #[inline]
+    pub(crate) fn show_of_page(&self, page: &Page<'_>, least: i16, mut show: impl FnMut(u8, i16)) -> bool {
         let Some(row) = self.pages.get(page.number() as usize) else { return false };
         let [state, entries @ ..] = row;
         let state = match state.load(Acquire) {
@@ -105,7 +111,7 @@ impl Table {
             if rank < least {
                 break;
             }
-            show(local);
+            show(local, rank);
         }
         true
     }
@@ -131,74 +137,85 @@ impl Table {
         true
     }
 
-    /// Finds the loops of a node above the pages without vertices that are not active where those with keys below `least`
-    /// are not, unless their spheres are larger than the node's; false if it does not know.
-    pub(crate) fn read_top(&self, top: u32, least: i16, out: &mut Loops) -> bool {
-        let Some([state, entries @ ..]) = self.tops.get(top as usize) else { return false };
-        // The least rank of what is in the row, its length, and whether it is there.
-        let [low, high, count, ready] = state.load(Acquire).to_le_bytes();
-        let known = i16::from_le_bytes([low, high]);
-        if ready == 0 || least < known || known == i16::MAX {
-            return false;
-        }
-        out.clear();
-        for entry in entries.iter().take(count.into()) {
-            let vertex = entry.load(Relaxed);
-            out.vertices.push(vertex & !LOOP_END);
-            if vertex & LOOP_END != 0 {
-                out.ends.push(out.vertices.len());
-            }
-        }
-        true
+    /// Leaves what is drawn of the boundary of a node above the pages in `kept`; none if it does not know.
+    #[inline]
+    pub(crate) fn keep_of_top(
+        &self,
+        top: u32,
+        thresholds: Thresholds,
+        kept: &mut Kept,
+        draws: impl FnMut(u32) -> bool,
+    ) -> Option<()> {
+        kept.read(self.tops.get(top as usize)?, thresholds, draws)
     }
 
-    /// Writes down what there is to know of a node above the pages, by its loops.
-    pub(crate) fn fill_top(&self, top: u32, node: &Node, records: &[VertexRecord], loops: &Loops) {
-        let Some([state, entries @ ..]) = self.tops.get(top as usize) else { return };
-        match state.load(Relaxed) {
-            0 => return note_drawn(state),
-            DRAWN => {}
-            _ => return,
+    /// The same of a page's root.
+    #[inline]
+    pub(crate) fn keep_of_page(
+        &self,
+        page: &Page<'_>,
+        thresholds: Thresholds,
+        kept: &mut Kept,
+        draws: impl FnMut(u32) -> bool,
+    ) -> Option<()> {
+        kept.read(self.roots.get(page.number() as usize)?, thresholds, draws)
+    }
+
+    /// Writes down what there is to know of a node above the pages, by its loops and the first corner of its first face.
+    pub(crate) fn fill_top(
+        &self,
+        reader: &Reader<'_>,
+        (subtree, node): (&Subtree, &Node),
+        loops: &Loops,
+    ) -> Result<(), Error> {
+        let Some(row) = subtree.top().and_then(|top| self.tops.get(top as usize)) else { return Ok(()) };
+        if !is_due(row) {
+            return Ok(());
         }
+        let first_corner = reader.first_corner(subtree)?;
+        let entries = loops.iter().flat_map(|ring| {
+            let last = ring.len() - 1;
+            ring.iter().enumerate().map(move |(i, vertex)| (*vertex, i == last))
+        });
+        let records = reader.vertices();
         let small = small(node);
-        let rank = |vertex: u32| records.get(vertex as usize).map_or(i16::MAX, |r| self.rank_of(r, small));
-        // The ranks of as many vertices as fit, and one more: from its rank on there are too many.
-        let mut most = [i16::MIN; TOP_ROW];
-        for vertex in &loops.vertices {
-            let mut rank = rank(*vertex);
-            if most.last().is_some_and(|least| rank > *least) {
-                for slot in &mut most {
-                    let higher = rank.max(*slot);
-                    (*slot, rank) = (higher, rank.min(*slot));
+        let rank = |vertex: u32| records.get(vertex as usize).map_or(UNKNOWN, |r| self.rank_of(r, small));
+        ring::fill(row, first_corner, self.own_rank(node), entries.map(|(v, last)| (v, rank(v), last)));
+        Ok(())
+    }
+
+    /// The same of a page's root; none if the page does not have what it says.
+    pub(crate) fn fill_root(&self, page: &Page<'_>) -> Option<()> {
+        let row = self.roots.get(page.number() as usize)?;
+        let whole = page.whole();
+        // The loops of smaller nodes follow from their faces, in whatever order.
+        if whole.face_count() <= SMALL_FACES || !is_due(row) {
+            return None;
+        }
+        let node = page.node(&whole)?;
+        let small = small(&node);
+        let mut all = [(0_u32, 0_i16, false); 256];
+        let (mut count, mut is_whole) = (0, true);
+        page.rings(&whole, |locals| {
+            for (i, local) in locals.iter().enumerate() {
+                match all.get_mut(count).zip(page.vertex(*local)) {
+                    Some((slot, (vertex, record))) => {
+                        *slot = (vertex, self.rank_of(record, small), i + 1 == locals.len());
+                        count += 1;
+                    }
+                    None => is_whole = false,
                 }
             }
+        })?;
+        let (first_corner, _) = page.vertex(page.first_face(&whole)?[0])?;
+        if is_whole {
+            ring::fill(row, first_corner, self.own_rank(&node), all.get(..count)?.iter().copied());
         }
-        let own = ShortFloat::down(f64::from(self.order.of_node(node))).rank();
-        let too_many = most.last().copied().unwrap_or(i16::MAX);
-        let least = too_many.saturating_add(1).max(own.saturating_sub(RANKS_BELOW)).max(0);
-        let mut kept = [0_u32; TOP_ROW - 1];
-        let mut count = 0_usize;
-        for ring in loops.iter() {
-            let start = count;
-            for vertex in ring.iter().filter(|v| rank(**v) >= least) {
-                // If there are too many of the highest rank, the row is never read.
-                count = count.min(kept.len() - 1);
-                kept[count] = *vertex;
-                count += 1;
-            }
-            if count < start + 3 {
-                // It would vanish in any case.
-                count = start;
-            } else {
-                kept[count - 1] |= LOOP_END;
-            }
-        }
-        for (entry, vertex) in entries.iter().zip(&kept).take(count) {
-            entry.store(*vertex, Relaxed);
-        }
-        let [low, high] = least.to_le_bytes();
-        // A row is shorter than a byte can tell.
-        state.store(u32::from_le_bytes([low, high, count as u8, 1]), Release);
+        Some(())
+    }
+
+    fn own_rank(&self, node: &Node) -> i16 {
+        ShortFloat::down(f64::from(self.order.of_node(node))).rank()
     }
 
     /// The rank of a vertex's key; the highest if its sphere is not `small`, since its key says nothing then.
@@ -206,7 +223,7 @@ impl Table {
         if vertex.radius.rank() < small {
             self.order.of([vertex.bound, vertex.budget]).rank().max(0)
         } else {
-            i16::MAX
+            UNKNOWN
         }
     }
 }
