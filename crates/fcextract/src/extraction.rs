@@ -169,12 +169,9 @@ impl Extraction {
             Sight::Culled => return Ok(None),
             Sight::Refined { settled } => {
                 let [left, right] = reader.children(&subtree)?;
-                // What a page's root needs comes from memory while others are drawn.
-                for child in [&left, &right] {
-                    if let Some((page, eager)) = reader.touch(child).zip(*eager) {
-                        eager.touch(page);
-                    }
-                }
+                // What the root of a page needs comes from memory while others are drawn.
+                reader.touch(&left);
+                reader.touch(&right);
                 work.stack.push(Step::Close { subtree, first_index, first_batch: self.batches.len() });
                 work.stack.push(Step::Visit { subtree: right, settled });
                 return Ok(Some((left, settled)));

@@ -14,18 +14,17 @@ struct Half {
 }
 
 impl Reader<'_> {
-    /// Reads a byte of the root of a subtree that is a whole page, and one of its loops, for whoever comes there later;
-    /// the number of the page if it is one.
+    /// Reads a byte of the root of a subtree that is a whole page, and one of its loops, for whoever comes there later.
     ///
     /// They come from memory meanwhile, and need not be waited for then.
     #[inline]
-    pub fn touch(&self, subtree: &Subtree) -> Option<u32> {
-        let Place::Page { page, record, .. } = subtree.place else { return None };
+    pub fn touch(&self, subtree: &Subtree) {
+        let Place::Page { page, record, .. } = subtree.place else { return };
         let node = to_index(record).and_then(|record| self.nodes.get(record));
-        let first_loop = self.pages.get(to_index(page)?)?.first_loop.get();
-        let loops = to_index(first_loop).and_then(|first| self.loops.get(first));
+        let page = to_index(page).and_then(|page| self.pages.get(page));
+        let first_loop = page.and_then(|page| to_index(page.first_loop.get()));
+        let loops = first_loop.and_then(|first| self.loops.get(first));
         std::hint::black_box(node.map_or(0, |node| node.left_faces) ^ loops.copied().unwrap_or(0));
-        Some(page)
     }
 
     /// The children of a node above the pages; none if anything about them is strange.

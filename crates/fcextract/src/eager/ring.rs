@@ -13,9 +13,6 @@ const ENTRIES: usize = 30;
 /// and their ranks two by two. The state is the least rank of what is in the row, its length, and whether it is there.
 pub(super) type Row = [AtomicU32; 2 + ENTRIES + ENTRIES / 2];
 
-/// Numbers that come from memory together, or fewer.
-const LINE: usize = 15;
-
 /// So many ranks below a node's own key, half of it, its row ends: where less is allowed near the node than that, the eye
 /// is so near that all its vertices are looked at.
 const RANKS_BELOW: i16 = 128;
@@ -91,16 +88,6 @@ impl Kept {
         (self.count, self.loops) = (kept, loops);
         Some(())
     }
-}
-
-/// A mixture of what all lines of a row have.
-#[inline]
-pub(super) fn touched(row: &Row) -> u32 {
-    let mut all = 0;
-    for [first, ..] in row.as_chunks::<LINE>().0 {
-        all ^= first.load(Relaxed);
-    }
-    all
 }
 
 /// Whether a row is to be written: its node is drawn for the second time.

@@ -1,9 +1,9 @@
 //! Polygons of few corners above the pages: the general way's own numbers, worked out side by side.
 
 use super::best::{BEST_UP_TO, Best};
-use super::position;
+use super::{grid, position};
 use fct::{Node, VertexRecord};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// One number a corner, and as many as fill the machine's vectors.
 type Lanes = [f64; BEST_UP_TO];
@@ -43,24 +43,17 @@ fn project<const LANES: usize>(
     (normal, level): (DVec3, f64),
     best: &mut Best,
 ) {
-    let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
-    let mut sizes = [0.0_f64; LANES];
-    for i in 0..LANES {
+    let mut points = [DVec2::ZERO; LANES];
+    for (i, point) in points.iter_mut().enumerate() {
         let p = DVec3::new(x[i], y[i], z[i]) - first;
-        (u[i], v[i]) = (p.dot(tangent), p.dot(other));
-        sizes[i] = larger(u[i].abs(), v[i].abs());
+        *point = DVec2::new(p.dot(tangent), p.dot(other));
     }
-    let size = sizes.iter().fold(0.0, |size, s| larger(size, *s));
-    for i in 0..LANES {
-        let height = normal.dot(DVec3::new(x[i], y[i], z[i])) - level;
-        best.x[i] = (u[i] / size) as f32;
-        best.y[i] = (v[i] / size) as f32;
+    let scale = grid::snap(&mut points);
+    let size = points.iter().fold(0.0_f64, |size, p| size.max(p.x.abs()).max(p.y.abs()));
+    for (i, point) in points.iter().enumerate() {
+        let height = scale * (normal.dot(DVec3::new(x[i], y[i], z[i])) - level);
+        best.x[i] = (point.x / size) as f32;
+        best.y[i] = (point.y / size) as f32;
         best.height[i] = (height / size) as f32;
     }
-}
-
-/// A compare and a choice, which is soon done for many.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }
