@@ -1,11 +1,12 @@
 //! A recorded way of the camera: its file, and the smooth curve through its keys.
 //!
 //! ```json
-//! { "version": 1,
+//! { "version": 1, "origin": [0, 0, 0],
 //!   "keys": [ { "seconds": 0.0, "eye": [0, 1, 5], "forward": [0, 0, -1], "up": [0, 1, 0], "fov": 40.0 }, ... ] }
 //! ```
 //! Times rise from key to key; `forward` and `up` need be neither of unit length nor at right angles; `fov` is the
-//! vertical field of view in degrees. Other members are ignored.
+//! vertical field of view in degrees. `eye` and `origin` together are coordinates of the input; without `origin`, `eye`
+//! is in those of the scene. Other members are ignored.
 
 use crate::Error;
 use crate::camera::Camera;
@@ -43,6 +44,8 @@ pub struct PathKey {
 #[derive(Serialize, Deserialize)]
 struct PathFile {
     version: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    origin: Option<[f64; 3]>,
     keys: Vec<PathKey>,
 }
 
@@ -52,6 +55,8 @@ pub struct CameraPath {
     keys: Vec<PathKey>,
     /// The keys as points of a curve: eye, rotation as a quaternion, field of view.
     points: Vec<[f64; 8]>,
+    /// To be added to the eyes for coordinates of the input; unknown where they are in those of any scene.
+    origin: Option<DVec3>,
 }
 
 impl PathKey {
@@ -122,7 +127,33 @@ impl CameraPath {
         {
             return Err(format!("key {} is not later than the one before it", number + 1));
         }
-        Ok(CameraPath { keys, points })
+        Ok(CameraPath { keys, points, origin: None })
+    }
+
+    /// The same way, of eyes that are in the coordinates of a scene with this origin.
+    ///
+    /// # Errors
+    /// What is wrong, in words, where the origin is no place for a camera.
+    pub fn with_origin(self, origin: DVec3) -> Result<CameraPath, String> {
+        if !origin.is_finite() || origin.abs().max_element() > MOST {
+            return Err("its origin is beyond 1e100 or not finite".to_owned());
+        }
+        Ok(CameraPath { origin: Some(origin), ..self })
+    }
+
+    /// The same way in the coordinates of a scene with this origin, if it is known where it is; else as it is.
+    #[must_use]
+    pub fn about(mut self, origin: DVec3) -> CameraPath {
+        let Some(own) = self.origin.replace(origin) else {
+            return self;
+        };
+        let step = own - origin;
+        for (key, point) in self.keys.iter_mut().zip(&mut self.points) {
+            key.eye = (DVec3::from_array(key.eye) + step).to_array();
+            let [x, y, z, ..] = point;
+            [*x, *y, *z] = key.eye;
+        }
+        self
     }
 
     /// Reads a file.
@@ -145,7 +176,11 @@ impl CameraPath {
         if file.version != VERSION {
             return Err(refused(format!("its version is {}, this program reads {VERSION}", file.version)));
         }
-        CameraPath::new(file.keys).map_err(refused)
+        let path = CameraPath::new(file.keys).map_err(refused)?;
+        match file.origin {
+            Some(origin) => path.with_origin(DVec3::from_array(origin)).map_err(refused),
+            None => Ok(path),
+        }
     }
 
     /// Writes the file; one that is there is replaced.
@@ -153,7 +188,8 @@ impl CameraPath {
     /// # Errors
     /// [`Error::Write`].
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        let file = PathFile { version: VERSION, keys: self.keys.clone() };
+        let origin = self.origin.map(|origin| origin.to_array());
+        let file = PathFile { version: VERSION, origin, keys: self.keys.clone() };
         outputs::write_json(path, &file)
     }
 
@@ -338,6 +374,26 @@ mod tests {
         }
     }
 
+    /// What was recorded beside one tile is seen from there beside another, and a path that does not say where it is stays
+    /// as it is.
+    #[test]
+    fn a_path_with_an_origin_is_one_of_the_input() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.json");
+        let [here, there] = [DVec3::new(4.5e6, 5.6e5, 300.0), DVec3::new(4.5e6 + 8.0, 5.6e5, 298.0)];
+        let path = path(5, &mut Random::new(6));
+        path.clone().with_origin(here).unwrap().write(&file).unwrap();
+        let read = CameraPath::read(&file).unwrap().about(there);
+        path.write(&file).unwrap();
+        let unknown = CameraPath::read(&file).unwrap().about(there);
+        for part in [0.0, 0.3, 0.7, 1.0] {
+            let camera = path.camera(part);
+            assert!(apart(&unknown.camera(part), &camera) < 1e-9);
+            let moved = Camera { eye: camera.eye + here - there, ..camera };
+            assert!(apart(&read.camera(part), &moved) < 1e-8, "{part}");
+        }
+    }
+
     #[test]
     fn a_file_that_is_no_path_is_refused_with_the_reason() {
         let folder = tempfile::tempdir().unwrap();
@@ -359,6 +415,8 @@ mod tests {
             (one(&good.replace("eye\":[0", "eye\":[1e300")), "beyond 1e100"),
             (one(&good.replace("\"seconds\":0", "\"seconds\":-1e300")), "beyond 1e100"),
             (one(&format!("{good},{}", good.replace("\"seconds\":0", "\"seconds\":1e-300"))), "not later"),
+            (one(good).replace("\"keys", "\"origin\":[1e300,0,0],\"keys"), "origin is beyond 1e100"),
+            (one(good).replace("\"keys", "\"origin\":[0,0],\"keys"), "invalid length"),
         ] {
             std::fs::write(&file, &text).unwrap();
             let error = CameraPath::read(&file).expect_err(&text);

@@ -133,6 +133,7 @@ pub fn run_watched(cli: &Cli, watch: &Watch, tell: &mut dyn FnMut(u32)) -> Resul
         generator: concat!("fcview ", env!("CARGO_PKG_VERSION")).to_owned(),
         adapter,
         models: scene.models.iter().map(model_stats).collect(),
+        origin: scene.origin.to_array(),
         settings: settings(cli, &scene),
         milliseconds_setup,
         milliseconds_median: median_total(&frames),
@@ -163,7 +164,7 @@ impl Way {
             CameraFlag::Orbit if cli.frames == 1 => Way::Orbit(Orbit::facing(&points, fov, width / height)),
             CameraFlag::Orbit => Way::Orbit(Orbit::around(&points, fov, width / height)),
             CameraFlag::Fly => Way::Fly { points, fov },
-            CameraFlag::Path(file) => Way::Recorded(CameraPath::read(file)?),
+            CameraFlag::Path(file) => Way::Recorded(CameraPath::read(file)?.about(scene.origin)),
         })
     }
 

@@ -19,6 +19,8 @@ pub struct Model {
     pub samples: Vec<DVec3>,
     /// Half the diagonal of the model's box: its size for placing copies.
     pub reach: f64,
+    /// To be added to the model's coordinates for those of the input: [`fct::Meta::origin`].
+    pub origin: DVec3,
 }
 
 /// A placed copy: rotated and scaled about the model's origin, then moved.
@@ -43,6 +45,9 @@ pub struct Scene {
     pub models: Vec<Model>,
     /// The copies; an empty scene is fine.
     pub instances: Vec<Instance>,
+    /// To be added to the scene's coordinates for those of the input; zero where copies stand at random. Double precision
+    /// holds either, but near zero more digits are left for what a camera does.
+    pub origin: DVec3,
 }
 
 /// The most instances of a scene: 64 MB of instance rows, and as many cuts a frame as anyone will wait for.
@@ -77,7 +82,8 @@ impl Model {
             .map(|v| corner(v.position()))
             .collect();
         let reach = 0.5 * bounds[0].distance(bounds[1]);
-        Model { name: name.into(), tree, center: rounded, radius, samples, reach }
+        let origin = DVec3::from_array(tree.meta().origin);
+        Model { name: name.into(), tree, center: rounded, radius, samples, reach, origin }
     }
 
     /// Opens a .fct file and checks its bytes: damage is told, and not drawn.
@@ -92,7 +98,7 @@ impl Model {
 }
 
 impl Instance {
-    /// A copy of a model where it stands in its file.
+    /// A copy of a model whose coordinates are those of the scene.
     pub fn unmoved(model: usize) -> Instance {
         Instance { model, rotation: DQuat::IDENTITY, scale: 1.0, translation: DVec3::ZERO, tint: 0.0 }
     }
@@ -119,15 +125,32 @@ impl Instance {
 }
 
 impl Scene {
-    /// Each model once, where its coordinates put it: a scan and its reduction lie on top of one another. Several are
-    /// tinted, to be told apart.
+    /// Each model once, where the coordinates of its input put it: a scan and its reduction lie on top of one another, the
+    /// tiles of a survey side by side. The scene's origin is that of the first. Several are tinted, to be told apart.
     pub fn standing(models: Vec<Model>) -> Scene {
         let several = models.len() > 1;
         let tint = |index: usize| if several { (index as f32 + 0.5) / models.len() as f32 } else { 0.0 };
-        let instances = (0..models.len())
-            .map(|index| Instance { tint: tint(index), ..Instance::unmoved(index) })
+        let origin = models.first().map_or(DVec3::ZERO, |first| first.origin);
+        let instances = models
+            .iter()
+            .enumerate()
+            .map(|(index, model)| Instance {
+                tint: tint(index),
+                translation: model.origin - origin,
+                ..Instance::unmoved(index)
+            })
             .collect();
-        Scene { models, instances }
+        Scene { models, instances, origin }
+    }
+
+    /// The same scene in coordinates that begin at another origin.
+    #[must_use]
+    pub fn about(mut self, origin: DVec3) -> Scene {
+        for instance in &mut self.instances {
+            instance.translation += self.origin - origin;
+        }
+        self.origin = origin;
+        self
     }
 
     /// `count` copies of the models in turn, in a box, with random rotations; one copy stands as in its file.
@@ -140,7 +163,8 @@ impl Scene {
     pub fn placed(models: Vec<Model>, count: u32, seed: u64) -> Scene {
         let Some(first) = models.first() else { return Scene::default() };
         if count == 1 {
-            return Scene { models, instances: vec![Instance::unmoved(0)] };
+            let origin = first.origin;
+            return Scene { models, instances: vec![Instance::unmoved(0)], origin };
         }
         let reach = if first.reach > 0.0 { first.reach } else { 1.0 };
         let mut random = Random::new(seed);
@@ -166,7 +190,7 @@ impl Scene {
                 }
             })
             .collect();
-        Scene { models, instances }
+        Scene { models, instances, origin: DVec3::ZERO }
     }
 
     /// The faces of all instances at full resolution.

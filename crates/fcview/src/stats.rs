@@ -224,6 +224,8 @@ pub struct RunStats {
     pub adapter: AdapterStats,
     /// The models.
     pub models: Vec<ModelStats>,
+    /// To be added to the scene's coordinates for those of the input; zero where copies stand at random.
+    pub origin: [f64; 3],
     /// The settings.
     pub settings: SettingStats,
     /// Milliseconds from the start of the program to the first frame: opening, upload, pipelines.

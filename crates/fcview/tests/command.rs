@@ -59,6 +59,7 @@ fn pictures_and_stats_are_written() {
     let stats: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(stats["version"], 2);
     assert_eq!(stats["settings"]["seed"], 1);
+    assert_eq!(stats["origin"], serde_json::json!([0.0, 0.0, 0.0]));
     assert_eq!(stats["models"][0]["faces"], 2 * 48 * 24);
     assert_eq!(stats["frames"].as_array().unwrap().len(), 3);
     for (n, frame) in stats["frames"].as_array().unwrap().iter().enumerate() {

@@ -2,8 +2,12 @@
 
 mod model;
 
+use fcbuild::import::{ImportOptions, import};
+use fcbuild::mesh::Weld;
+use fcbuild::{BuildOptions, SplitMode};
 use fcview::options::FrameOptions;
 use fcview::orbit::Orbit;
+use fcview::pick::pick;
 use fcview::{Camera, ColorMode, Detail, Error, Instance, Model, Occlusion, Renderer, Scene};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
@@ -170,4 +174,71 @@ fn cameras_without_a_view_are_errors_and_far_or_inside_ones_are_not() {
     let error = renderer.render(&scene, &good, &huge).unwrap_err();
     assert_eq!((error.code(), error.exit_code()), ("FC521", 5));
     renderer.render(&scene, &good, &options()).unwrap();
+}
+
+/// A tree of octahedra around some places, from a file in double precision.
+fn octahedra(places: &[DVec3]) -> Model {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        6 * places.len(),
+        8 * places.len()
+    );
+    for place in places {
+        for tip in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
+            let [x, y, z] = (place + tip).to_array();
+            text += &format!("{x} {y} {z}\n");
+        }
+    }
+    for first in (0..6 * places.len()).step_by(6) {
+        for side in 0..8 {
+            let [a, b, c] = [side & 1, 2 + (side >> 1 & 1), 4 + (side >> 2)].map(|tip| first + tip);
+            let [b, c] = if (side & 1) ^ (side >> 1 & 1) ^ (side >> 2) == 0 { [b, c] } else { [c, b] };
+            text += &format!("3 {a} {b} {c}\n");
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("octahedra.ply");
+    std::fs::write(&path, text).unwrap();
+    let soup = import(&path, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} }).unwrap();
+    let options = BuildOptions { split: SplitMode::Quality, weld: Weld::Exact, progress: &|_, _, _| {} };
+    let built = fcbuild::build(soup, &options).unwrap();
+    let path = folder.path().join("octahedra.fct");
+    fct::write(&path, &built.data(), &fct::WriteOptions { overwrite: true, source_id: 0 }).unwrap();
+    Model::open(&path).unwrap()
+}
+
+/// Tiles of a survey, each a tree with an origin of its own, once were all drawn in one place.
+#[test]
+fn trees_stand_where_the_coordinates_of_their_inputs_put_them() {
+    let corner = DVec3::new(4_500_000.0, 560_000.0, 300.0);
+    let places = [0.0, 4.0, 8.0].map(|x| corner + DVec3::new(x, 0.0, 0.25 * x));
+    let tiles = Scene::standing(places.map(|place| octahedra(&[place])).to_vec());
+    assert_eq!(tiles.origin, corner);
+    let joined = Scene::standing(vec![octahedra(&places)]);
+    assert_ne!(joined.origin, corner, "a test of two origins has two");
+    let joined = joined.about(corner);
+
+    let camera = Orbit::around(&tiles.extremes(), 0.7, 4.0 / 3.0).camera();
+    let picture = |scene: &Scene| {
+        let mut renderer = Renderer::new(model::gpu(), scene).unwrap();
+        renderer.render(scene, &camera, &options()).unwrap().0.depth.unwrap()
+    };
+    let [apart, as_one] = [&tiles, &joined].map(picture);
+    assert!(as_one.iter().filter(|depth| **depth > 0.0).count() > 500);
+    let near = [&tiles, &joined].map(|scene| scene.near(camera.eye) as f32);
+    // Distances along the axis; none where the background shows.
+    let distances = |depth: &[f32], near: f32| depth.iter().map(|d| near / d).collect::<Vec<_>>();
+    let differing = distances(&apart, near[0])
+        .iter()
+        .zip(distances(&as_one, near[1]))
+        .filter(|(a, b)| *a != b && (*a - b).abs() > 1e-3)
+        .count();
+    assert!(differing <= 2, "{differing} pixels differ");
+    for place in places {
+        let target = place - corner;
+        let ray = (target - camera.eye).normalize_or_zero();
+        let [met, expected] = [&tiles, &joined].map(|scene| pick(scene, camera.eye, ray, false).unwrap());
+        assert!(met.distance(expected) < 1e-6 && met.distance(target) < 1.0, "{met} is not {expected}");
+    }
 }

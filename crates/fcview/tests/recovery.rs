@@ -3,12 +3,12 @@
 mod model;
 
 use fcview::orbit::Orbit;
-use fcview::{Camera, Error, FrameOptions, Gpu, Instance, Occlusion, Scene, Survivor};
+use fcview::{Camera, Error, FrameOptions, Gpu, Occlusion, Scene, Survivor};
 
 const SIZE: [u32; 2] = [96, 64];
 
 fn scene() -> Scene {
-    Scene { models: vec![model::torus(32, 16)], instances: vec![Instance::unmoved(0)] }
+    Scene::standing(vec![model::torus(32, 16)])
 }
 
 fn camera(scene: &Scene) -> Camera {

@@ -321,6 +321,8 @@ impl<'a> App<'a> {
     fn load(&mut self, files: Vec<PathBuf>, same: bool) -> Result<(), String> {
         let cli = Cli { files, ..self.cli.clone() };
         let loaded = open_scene(&cli).and_then(|scene| {
+            // The camera keeps its coordinates, so those of the scene begin where they did.
+            let scene = if same { scene.about(self.scene.origin) } else { scene };
             if let Some(screen) = &mut self.screen {
                 let gpu = screen.renderer.gpu().clone();
                 screen.renderer = Renderer::with_memory(gpu, &scene, self.cli.gpu_memory)?;
@@ -356,6 +358,7 @@ impl<'a> App<'a> {
         };
         let path = free_name("fcview-path-", "json");
         let saved = recording.finish(&camera).and_then(|recorded| {
+            let recorded = recorded.with_origin(self.scene.origin)?;
             recorded.write(&path).map_err(|error| error.to_string())?;
             Ok(format!("saved {}: {:.1} s", path.display(), recorded.seconds()))
         });
