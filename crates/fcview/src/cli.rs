@@ -2,8 +2,11 @@
 
 use crate::options::{ColorMode, Detail, FrameOptions, Occlusion};
 use crate::scene::MAX_INSTANCES;
-use clap::{Parser, ValueEnum};
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, ValueEnum};
 use fct::Size;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// What `--help` shows below the flags.
@@ -46,7 +49,7 @@ pub struct Cli {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_INSTANCES)))]
     pub instances: Option<u32>,
     /// Seed of the random places
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, requires = "instances")]
     pub seed: u64,
     /// Errors of up to this many pixels on screen
     #[arg(long, value_name = "P", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive, conflicts_with = "no_lod")]
@@ -89,7 +92,7 @@ pub struct Cli {
     /// Draw the edges of all triangles too
     #[arg(long)]
     pub wireframe: bool,
-    /// Vertical field of view, degrees
+    /// Vertical field of view, degrees; a recorded path has its own
     #[arg(long, value_name = "DEG", default_value_t = 40.0, allow_negative_numbers = true, value_parser = field_of_view)]
     pub fov: f64,
     /// Draw without a window
@@ -102,7 +105,7 @@ pub struct Cli {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), requires = "headless")]
     pub frames: u32,
     /// How many rounds of the camera the frames are spread over: more is faster
-    #[arg(long, value_name = "S", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive, requires = "headless")]
+    #[arg(long, value_name = "S", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive, requires_all = ["headless", "frames"])]
     pub speed: f64,
     /// Draw only the nearest part, which is drawn first and hides the rest
     #[arg(long, requires = "headless")]
@@ -174,6 +177,32 @@ pub fn said(error: &clap::Error) -> String {
 }
 
 impl Cli {
+    /// What a command line says; the first word is the program.
+    ///
+    /// # Errors
+    /// One that makes no sense, flags among them that another one leaves nothing to do for; also for `--help` and
+    /// `--version`.
+    pub fn parsed<T: Into<OsString> + Clone>(words: impl IntoIterator<Item = T>) -> Result<Cli, clap::Error> {
+        let mut command = Cli::command();
+        let matches = command.try_get_matches_from_mut(words)?;
+        let cli = Cli::from_arg_matches(&matches)?;
+        let given = |flag: &str| matches.value_source(flag) == Some(ValueSource::CommandLine);
+        let follows_path = matches!(cli.camera, CameraFlag::Path(_));
+        let asks_nothing = cli.occlusion == OcclusionFlag::Off;
+        for (flag, id, is_useless, why) in [
+            ("--fov", "fov", follows_path, "a path of the camera, which has a field of view of its own"),
+            ("--show-questions", "show_questions", asks_nothing, "--occlusion off, which asks none"),
+            ("--queries", "queries", asks_nothing, "--occlusion off, which asks none"),
+            ("--only-occluders", "only_occluders", asks_nothing, "--occlusion off, which looks for none"),
+        ] {
+            if is_useless && given(id) {
+                let text = format!("the argument '{flag}' cannot be used with {why}");
+                return Err(command.error(ErrorKind::ArgumentConflict, text));
+            }
+        }
+        Ok(cli)
+    }
+
     /// The copies to place at random, at least one of each file; `None` where each file stands as it is.
     pub fn copies(&self) -> Option<u32> {
         let files = u32::try_from(self.files.len()).unwrap_or(MAX_INSTANCES);
@@ -270,7 +299,7 @@ mod tests {
     use clap::CommandFactory;
 
     fn parse(words: &str) -> Result<Cli, clap::Error> {
-        Cli::try_parse_from(std::iter::once("fcview").chain(words.split_whitespace()))
+        Cli::parsed(std::iter::once("fcview").chain(words.split_whitespace()))
     }
 
     #[test]
@@ -282,7 +311,7 @@ mod tests {
     fn every_flag_means_what_it_says() {
         let cli = parse(
             "a.fct b.fct --instances 7 --seed 9 --no-lod --no-frustum --no-backface --two-sided --occlusion off \
-             --size 64x48 --samples 1 --color clusters --wireframe --show-questions --queries 99 --fov 90 --headless --camera fly --frames 3 \
+             --size 64x48 --samples 1 --color clusters --wireframe --fov 90 --headless --camera fly --frames 3 \
              --screenshot x{n}.png --stats s.json",
         )
         .unwrap();
@@ -299,12 +328,12 @@ mod tests {
             occlusion: Occlusion::Off,
             color: ColorMode::Clusters,
             wireframe: true,
-            show_questions: true,
-            queries: 99,
             measure: true,
             ..FrameOptions::default()
         };
         assert_eq!(cli.frame_options(), expected);
+        let asking = parse("a.fct --show-questions --queries 99").unwrap().frame_options();
+        assert!(asking.show_questions && asking.queries == 99);
         assert_eq!(cli.camera, CameraFlag::Fly);
         let recorded = parse("a.fct --headless --camera way.json").unwrap();
         assert_eq!(recorded.camera, CameraFlag::Path("way.json".into()));
@@ -350,9 +379,18 @@ mod tests {
             "a.fct --gpu-memory 1X",
             "a.fct --fps 0",
             "a.fct --fps 30 --triangles 9",
+            // What would do nothing.
+            "a.fct --seed 3",
+            "a.fct --occlusion off --queries 9",
+            "a.fct --occlusion off --show-questions",
+            "a.fct --headless --occlusion off --only-occluders",
+            "a.fct --headless --camera way.json --fov 90",
+            "a.fct --headless --speed 2",
         ] {
             let error = parse(words).expect_err(words);
             assert_eq!(error.exit_code(), 2, "{words}");
         }
+        let error = parse("a.fct --headless --camera way.json --fov 90").unwrap_err().to_string();
+        assert!(error.contains("'--fov'") && error.contains("a path of the camera"), "{error}");
     }
 }

@@ -2,7 +2,6 @@
 
 mod progress;
 
-use clap::Parser;
 use fct::{Interrupt, Stopped, counted};
 use fcview::Error;
 use fcview::cli::{Cli, said};
@@ -15,7 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::parsed(std::env::args_os()) {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
