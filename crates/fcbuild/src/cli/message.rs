@@ -27,7 +27,7 @@
 //! | FC321 to FC323 | 0 | warning: lines and points, free-form geometry, vertex weights of an OBJ |
 //! | FC324, FC325 | 0 | warning: material files that are outside the folder, or missing |
 //! | FC331 to FC335 | 0 | faces dropped: too few corners, a corner twice, at NaN or infinity, repeated, no surface |
-//! | FC341 to FC343 | 0 | warning: texture coordinates, materials, normals of corners that are not kept |
+//! | FC341 to FC344 | 0 | warning: texture coordinates, materials, normals of corners, groups in objects that are not kept |
 //! | FC412 | 4 | the report cannot be written |
 //! | FC413 | 4 | standard output cannot be written |
 //! | FC471 | 4 | the tree cannot be written |
@@ -71,7 +71,7 @@ pub(crate) fn notices(tally: &Tally) -> Vec<Notice> {
     let oddities = tally.warnings.iter().map(|w| {
         let (code, name) = warning_code(w.code);
         let says_count = w.count == 1 || w.message.starts_with(&format!("{} ", grouped(w.count)));
-        let of_surface = !matches!(code, "FC341" | "FC342" | "FC343");
+        let of_surface = !matches!(code, "FC341" | "FC342" | "FC343" | "FC344");
         Notice { code, name, message: w.message.clone(), count: w.count, of_surface, says_count }
     });
     let dropped = DropReason::ALL.into_iter().filter(|&r| tally.dropped.count(r) > 0).map(|reason| {
@@ -123,6 +123,7 @@ fn warning_code(given: &'static str) -> (&'static str, &'static str) {
         "texture_coordinates" => "FC341",
         "materials" => "FC342",
         "mixed_normals" => "FC343",
+        "groups_in_objects" => "FC344",
         code if code.starts_with("FC") => code,
         _ => "FC300",
     };

@@ -89,11 +89,14 @@ impl<'a> Feed<'a> {
                         check_limit(self.faces, self.max_faces)
                     })
                 }
-                (Pass::Faces, b"o") => {
-                    let name =
-                        line.get(line.iter().position(|&b| b == b'o').unwrap_or(0)..).unwrap_or_default();
-                    let name = String::from_utf8_lossy(name.get(1..).unwrap_or_default()).trim().to_owned();
-                    self.findings.objects.push((name, self.findings.polygons));
+                (Pass::Faces, b"o" | b"g") => {
+                    let at = line.iter().position(|&b| keyword.contains(&b)).unwrap_or(0).saturating_add(1);
+                    let name = String::from_utf8_lossy(line.get(at..).unwrap_or_default()).trim().to_owned();
+                    let polygons = self.findings.polygons;
+                    match keyword {
+                        b"o" => self.findings.parts.object(name, polygons),
+                        _ => self.findings.parts.group(name, polygons),
+                    }
                     Ok(())
                 }
                 (Pass::Vertices, b"mtllib") => {

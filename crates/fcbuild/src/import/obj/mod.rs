@@ -5,6 +5,7 @@
 
 mod feed;
 mod lines;
+mod parts;
 mod statements;
 
 use std::path::Path;
@@ -15,12 +16,12 @@ use statements::Findings;
 
 use super::faces::{Faces, Vertices};
 use super::number::narrow;
-use super::soup::{Group, Positions, Soup};
+use super::soup::{Positions, Soup};
 use super::source::Source;
 use super::tally::{MATERIALS, MIXED_NORMALS, TEXTURES, Tally, differ};
 use crate::error::Error;
 
-/// Reads an OBJ file; each `o` is a group.
+/// Reads an OBJ file; each `o` is a group, or, where there is none, each name of a `g`.
 pub(super) fn read(source: &mut Source<'_>) -> Result<Soup, Error> {
     let stem = source.stem();
     let max_faces = source.max_faces();
@@ -55,16 +56,16 @@ fn assemble(mesh: tobj::Mesh, findings: &Findings, stem: &str, max_faces: u64) -
     // Where the parser met triangles only, it gives no numbers of corners.
     let all_triangles = mesh.face_arities.is_empty();
     let polygons = if all_triangles { mesh.indices.len() / 3 } else { mesh.face_arities.len() };
-    let mut groups: Vec<Group> = Vec::new();
-    let mut objects = findings.objects.iter().peekable();
-    let mut name = stem;
+    let mut runs = Vec::new();
+    let mut begins = findings.parts.begins().peekable();
+    let mut part = None;
     let mut start = 0usize;
     let mut rest = mesh.indices.as_slice();
     for polygon in 0..polygons {
-        while let Some((next, _)) = objects.next_if(|(_, first)| *first <= polygon as u64) {
-            close_group(&mut groups, name, start, faces.triangles.len());
+        while let Some((next, _)) = begins.next_if(|(_, first)| *first <= polygon as u64) {
+            runs.push((part, start..faces.triangles.len()));
             start = faces.triangles.len();
-            name = if next.is_empty() { stem } else { next };
+            part = Some(next);
         }
         let corners =
             if all_triangles { 3 } else { mesh.face_arities.get(polygon).map_or(0, |&n| n as usize) };
@@ -72,16 +73,10 @@ fn assemble(mesh: tobj::Mesh, findings: &Findings, stem: &str, max_faces: u64) -
         rest = after;
         faces.polygon(&vertices, corners)?;
     }
-    close_group(&mut groups, name, start, faces.triangles.len());
+    runs.push((part, start..faces.triangles.len()));
     let (triangles, tally) = faces.finish(&vertices)?;
+    let (groups, triangles) = findings.parts.gather(runs, triangles, stem);
     Ok(Soup { positions, triangles, normals, colors, groups, tally })
-}
-
-/// Ends a group; one without triangles leaves no trace.
-fn close_group(groups: &mut Vec<Group>, name: &str, start: usize, end: usize) {
-    if end > start {
-        groups.push(Group { name: name.to_owned(), triangles: start..end });
-    }
 }
 
 /// One normal per vertex: the mean direction over the corners, zero where there is none. `mixed` becomes the number of
@@ -146,6 +141,12 @@ fn warn(tally: &mut Tally, findings: &Findings, unused: u64) {
         };
         tally.warn(code, count, message);
     }
+    let nested = findings.parts.passed_over();
+    tally.warn(
+        "groups_in_objects",
+        nested,
+        "groups (`g`) of a file with objects (`o`) are not kept, the objects are",
+    );
     tally.warn("unused_vertices", unused, "vertices that no face uses are left out");
 }
 

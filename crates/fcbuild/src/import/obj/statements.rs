@@ -6,6 +6,7 @@ use std::path::{Component, Path};
 
 use super::super::faces::MAX_CORNERS;
 use super::super::number::{self, shown};
+use super::parts::Parts;
 use crate::error::{Error, ErrorKind};
 
 /// What the walk learns besides what it passes on.
@@ -13,8 +14,8 @@ use crate::error::{Error, ErrorKind};
 pub(super) struct Findings {
     /// Vertices in the file.
     pub(super) vertices: u64,
-    /// Names of the objects, each with the number of polygons before it.
-    pub(super) objects: Vec<(String, u64)>,
+    /// What the polygons belong to.
+    pub(super) parts: Parts,
     /// Whether the first vertex has a colour; the others follow suit.
     pub(super) colored: bool,
     /// Whether the first polygon has normals; the others follow suit.

@@ -63,6 +63,34 @@ fn colours_normals_and_weights_are_read() {
     assert_eq!(warned(&soup, "partial_colors"), 2);
 }
 
+/// Exports of polygroups have no objects, and come back to a group again and again.
+#[test]
+fn groups_are_kept_where_there_are_no_objects() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    let named = |soup: &Soup| -> Vec<_> {
+        soup.groups.iter().map(|g| (g.name.clone(), soup.triangles[g.triangles.clone()].to_vec())).collect()
+    };
+    let expect = |groups: &[(&str, &[[u32; 3]])]| -> Vec<_> {
+        groups.iter().map(|(name, faces)| ((*name).to_owned(), faces.to_vec())).collect()
+    };
+    let (a, b, c, d) = ([0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]);
+    let soup =
+        ok(&format!("{corners}g left ear\nf 1 2 3\ng nose\nf 1 2 4\ng left ear\nf 1 3 4\ng\nf 2 3 4\n"));
+    assert_eq!(named(&soup), expect(&[("left ear", &[a, c]), ("nose", &[b]), ("pyramid", &[d])]));
+    assert_eq!(warned(&soup, "groups_in_objects"), 0);
+    // Before the first one, and without a name, there is no group; of two at one place the last one counts.
+    let soup = ok(&format!("{corners}f 1 2 3\ng x\ng y\nf 1 2 4\ng\nf 1 3 4\ng x\nf 2 3 4\ng z\n"));
+    assert_eq!(named(&soup), expect(&[("pyramid", &[a, c]), ("y", &[b]), ("x", &[d])]));
+    let soup = ok(&format!("{corners}g all\nf 1 2 3 4\n"));
+    assert_eq!((soup.groups.len(), soup.groups[0].name.as_str()), (1, "all"));
+    // Objects come first; a group that only repeats the object's name is no loss.
+    let soup = ok(&format!(
+        "{corners}g a\no one\ng one\nf 1 2 3\ng b\nf 1 2 4\no two\ng\nf 1 3 4\no one\nf 2 3 4\n"
+    ));
+    assert_eq!(named(&soup), expect(&[("one", &[a, b]), ("two", &[c]), ("one", &[d])]));
+    assert_eq!(warned(&soup, "groups_in_objects"), 2);
+}
+
 #[test]
 fn coordinates_far_from_the_origin_keep_their_digits() {
     let soup = ok("v 4000000.001 0 0\nv 4000001.002 0 0\nv 4000000.001 1 0\nf 1 2 3\n");
@@ -139,6 +167,8 @@ fn broken_files_are_refused() {
 fn many_groups_and_the_face_limit() {
     let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
     (0..20_000).for_each(|i| text += &format!("o part {i}\nf 1 2 3\n"));
+    let soup = ok(&text.replace("o part", "g part"));
+    assert_eq!((soup.groups.len(), soup.groups[7].name.as_str()), (20_000, "part 7"));
     let soup = ok(&text);
     assert_eq!((soup.groups.len(), soup.positions.len()), (20_000, 3));
     assert_eq!((soup.groups[7].name.as_str(), soup.groups[7].triangles.clone()), ("part 7", 7..8));
@@ -147,6 +177,6 @@ fn many_groups_and_the_face_limit() {
 
 #[test]
 fn damage_never_panics() {
-    let colored = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0.5\nv 0 1 0 0 0 1 1\nvn 0 0 3\nf 1//1 2//1 \\\n3//1\nl 1 2\n";
+    let colored = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0.5\nv 0 1 0 0 0 1 1\nvn 0 0 3\nf 1//1 2//1 \\\n3//1\nl 1 2\ng a\nf 1 2 3\ng b\nf 3 2 1\ng a\nf 2 1 3\n";
     survive_damage("pyramid.obj", &[PYRAMID.into(), colored.into()], 2000);
 }
