@@ -26,6 +26,52 @@ fn several_files_become_groups_of_one_tree() {
     }
 }
 
+/// Files of one name, and one file given twice, once made groups of one name.
+#[test]
+fn no_two_groups_have_one_name() {
+    let folder = folder();
+    let at = folder.path();
+    fs::copy(at.join("quad.ply"), at.join("dir/good.ply")).expect("writable");
+    fs::write(at.join("dir/good.obj"), "v 5 0 0\nv 6 0 0\nv 5 1 0\ng good_2\nf 1 2 3\n").expect("writable");
+    let groups = |file: &str| {
+        let names = info(at, file)["groups"].clone();
+        names
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|n| n.as_str().expect("a name").to_owned())
+            .collect::<Vec<_>>()
+    };
+    fs::write(
+        at.join("dir/good.stl"),
+        "solid good\nfacet normal 0 0 1\nouter loop\nvertex 9 0 0\nvertex 10 0 0\n\
+        vertex 9 1 0\nendloop\nendfacet\nendsolid good\n",
+    )
+    .expect("writable");
+    accept(at, "fcbuild good.ply dir/good.obj dir/good.stl -o several.fct");
+    assert_eq!(groups("several.fct"), ["good", "good_2", "good_3"]);
+    let said = accept(at, "fcbuild good.ply good.ply dir/good.stl -o twice.fct");
+    assert!(said.err.contains("FC297") && said.err.contains("not in the tree: good_2"), "{}", said.err);
+    assert_eq!(groups("twice.fct"), ["good", "good_3"]);
+}
+
+/// An OBJ has groups where it has no objects, and comes back with them.
+#[test]
+fn groups_of_an_obj_are_kept() {
+    let folder = folder();
+    let at = folder.path();
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\n";
+    fs::write(at.join("g.obj"), format!("{corners}g ear\nf 1 2 3\ng nose\nf 2 4 3\ng ear\nf 1 5 2\n"))
+        .expect("writable");
+    accept(at, "fcbuild g.obj -o g.fct");
+    accept(at, "fct verify g.fct");
+    assert_eq!(info(at, "g.fct")["groups"], serde_json::json!(["ear", "nose"]));
+    fs::write(at.join("o.obj"), format!("{corners}o all\ng ear\nf 1 2 3\ng nose\nf 2 4 3\n"))
+        .expect("writable");
+    let said = accept(at, "fcbuild o.obj -o o.fct --strict");
+    assert!(said.err.contains("FC344") && said.err.contains("(2 times)"), "{}", said.err);
+}
+
 /// `--chunk-faces` divides the same tree into more parts, which costs bytes; a report and the file tell.
 #[test]
 fn parts_that_are_read_alone_have_the_size_that_was_asked_for() {
@@ -56,6 +102,20 @@ fn progress_counts_where_the_time_goes() {
     for line in ["partition 50 %", "bounds 50 %", "bounds 90 %", "mesh", "records", "write"] {
         assert!(said.err.lines().any(|said| said == line), "no `{line}` in {}", said.err);
     }
+    let shown = |line: &str| accept(folder.path(), line).err.lines().map(str::to_owned).collect::<Vec<_>>();
+    let said = shown("fct verify a.fct --progress always");
+    for line in ["bytes", "rules 0 %", "rules 50 %", "rules 90 %"] {
+        assert!(said.iter().any(|said| said == line), "no `{line}` in {said:?}");
+    }
+    for format in ["ply", "obj", "glb"] {
+        let said = shown(&format!("fct export a.fct -o a.{format} --progress always"));
+        for line in ["bytes", "cut", "mesh", "bound", "write 0 %", "write 60 %"] {
+            assert!(said.iter().any(|said| said == line), "{format}: no `{line}` in {said:?}");
+        }
+    }
+    // Nobody looks on.
+    assert!(shown("fct verify a.fct").is_empty() && shown("fct export a.fct -o b.ply").is_empty());
+    assert!(shown("fct verify a.fct --progress never").is_empty());
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod attributes;
 mod components;
 mod dual_graph;
 mod fans;
+mod group_names;
 mod orientation;
 mod shares;
 pub(crate) mod units;
@@ -74,7 +75,8 @@ impl Mesh {
         let mut faces: Vec<[u32; 3]> =
             kept.par_iter().map(|&f| triangles[f as usize].map(|v| representative[v as usize])).collect();
         drop(triangles);
-        let (face_group, group_names) = group_of_faces(&kept, groups);
+        let (face_group, mut group_names) = group_of_faces(&kept, groups);
+        group_names::tell_apart(&mut group_names);
         warn_of_lost_groups(&face_group, &group_names, &mut tally);
         drop(kept);
 
