@@ -104,11 +104,15 @@ impl<'a> Probe<'a> {
             mesh.indices.iter().map(|v| corner(v).distance(position(self.tree, *v))).fold(0.0, f64::max);
         let bound = selection.bound(self.tree, &mesh.stats).unwrap_or_else(|e| panic!("{e}"));
         let promised = f64::from(bound) + displaced;
-        let allowed = |p: DVec3| match selection.tolerance {
+        let outside = |p: DVec3| match selection.tolerance {
             _ if selection.order == Order::Budget => promised,
             Tolerance::Full => 0.0,
             Tolerance::Uniform { distance } => distance,
             Tolerance::Perspective(view) => view.at(p, 0.0),
+        };
+        let allowed = |p: DVec3| {
+            let around = selection.regions.iter().filter(|region| region.center.distance(p) <= region.radius);
+            around.map(|region| region.distance).reduce(f64::min).unwrap_or_else(|| outside(p))
         };
         let triangles: Vec<[DVec3; 3]> =
             mesh.indices.chunks_exact(3).map(|t| [corner(&t[0]), corner(&t[1]), corner(&t[2])]).collect();

@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout, reason = "the figures are part of the promise")]
 
 use fcbuild::SplitMode;
-use fcextract::{Budget, Extraction, Order, Perspective, Selection, extract, fit};
+use fcextract::{Budget, Extraction, Order, Perspective, Region, Selection, extract, fit};
 use fct::{Child, Tree};
 use fctests::deviation::Probe;
 use fctests::distance::{Surface, position};
@@ -19,7 +19,8 @@ fn place_of(tree: &Tree) -> (DVec3, f64) {
     ((low + high) * 0.5, (high - low).length())
 }
 
-/// Selections from coarse to fine, with displaced vertices: uniform tolerances, views from near and far, and budgets.
+/// Selections from coarse to fine, with displaced vertices: uniform tolerances, views from near and far, as many with
+/// regions, and budgets.
 fn selections(tree: &Tree, uniform: usize, views: usize, budgets: usize) -> Vec<Selection> {
     let (center, size) = place_of(tree);
     let mut random = Random::new(4);
@@ -36,6 +37,15 @@ fn selections(tree: &Tree, uniform: usize, views: usize, budgets: usize) -> Vec<
         let view = Perspective { eye, axis: DVec3::ZERO, slope, corner_cos: 1.0 };
         Selection { displaced: true, ..Selection::perspective(view, Order::Bound) }
     }));
+    // A fine ball in a coarse mesh, and a coarse one in a fine mesh.
+    all.extend((0..views).map(|i| {
+        let [coarse, fine] = [0.02, 2e-4].map(|share| size * share);
+        let [inside, outside] = if i % 3 == 2 { [coarse, fine] } else { [fine, coarse] };
+        let vertex = random.below(tree.vertices().len()) as u32;
+        let radius = size * random.between(0.01, 0.3);
+        let regions = vec![Region { center: position(tree, vertex), radius, distance: inside }];
+        Selection { displaced: true, regions, ..Selection::uniform(outside, Order::Bound) }
+    }));
     all.extend((0..budgets).map(|i| {
         let share = 0.003 * (0.5_f64 / 0.003).powf(step(i, budgets));
         let triangles = (tree.face_count() as f64 * share) as u64;
@@ -47,7 +57,7 @@ fn selections(tree: &Tree, uniform: usize, views: usize, budgets: usize) -> Vec<
 }
 
 /// Holds the promise against samples, and prints what they show. The median of the clusters' bounds over what is
-/// measured comes back, of those selections that draw at most every second face.
+/// measured comes back, of those selections without regions that draw at most every second face.
 fn check(name: &str, tree: &Tree, per_face: usize, selections: &[Selection]) -> f64 {
     let probe = Probe::new(tree, per_face);
     let mut looseness = Vec::new();
@@ -76,7 +86,7 @@ fn check(name: &str, tree: &Tree, per_face: usize, selections: &[Selection]) -> 
             }
         }
         worst = worst.max(d.worst());
-        if 2 * d.triangles <= tree.face_count() as u64 {
+        if selection.regions.is_empty() && 2 * d.triangles <= tree.face_count() as u64 {
             looseness.push(d.looseness());
         }
     }

@@ -85,6 +85,43 @@ fn vertices_stay_where_that_is_asked_for() {
     }
 }
 
+/// The bound that is printed is what was allowed at the most, though vertices lie beside their places: once the longest
+/// step was added wherever there was a region or an eye.
+#[test]
+fn the_bound_is_no_more_than_what_was_allowed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    accept(at, &format!("fcbuild {} -o a.fct", sample("sculpture.ply").display()));
+    let bound = |detail: &str| {
+        let said = accept(at, &format!("fct export a.fct -o x.ply --force --json {detail}"));
+        let json: serde_json::Value = serde_json::from_str(&said.out).unwrap_or_else(|e| panic!("{e}"));
+        (json["meshes"][0]["bound"].as_f64().expect("a bound"), said.err)
+    };
+    let [low, high] = ["input_min", "input_max"].map(|corner| {
+        let corner = info(at, "a.fct")[corner].clone();
+        [0, 1, 2].map(|k: usize| corner[k].as_f64().expect("a number"))
+    });
+    let [x, y, z] = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
+    // How far a region is allowed less or more, and where; in all of them 0.02 is the most that counts.
+    for (region, is_empty) in [
+        ("90,90,90,0.1=0.0002".to_owned(), true),
+        ("90,90,90,0.1=0.5".to_owned(), true),
+        (format!("{x},{y},{},0.3=0.0002", high[2]), false),
+        (format!("{x},{},{z},0.5=0.004", high[1]), false),
+    ] {
+        let (bound, said) = bound(&format!("--error 0.02 --region {region}"));
+        assert!(bound > 0.01 && bound <= 0.02, "{region}: {bound}");
+        assert_eq!(
+            said.contains("FC353") && said.contains("nothing of the model"),
+            is_empty,
+            "{region}: {said}"
+        );
+    }
+    // Of the whole model, in a region of its own.
+    let (bound_within, said) = bound(&format!("--error 0.0002 --region {x},{y},{z},99=0.02"));
+    assert!(bound_within > 0.01 && bound_within <= 0.02 && said.is_empty(), "{bound_within}");
+}
+
 /// Meshes of several sizes come from one command, all or none of them.
 #[test]
 fn a_chain_of_levels_of_detail_is_written_at_once() {
@@ -118,6 +155,16 @@ fn coordinates_far_from_the_origin_come_back() {
     let text = ply(&far, &["3 0 1 2"]).replace("float", "double");
     fs::write(folder.path().join("far.ply"), text).expect("writable");
     accept(folder.path(), "fcbuild far.ply -o far.fct");
+    let told = info(folder.path(), "far.fct");
+    for (corner, expected) in
+        [("input_min", [500_000.001, 4e6, 7.0]), ("input_max", [500_000.002, 4_000_000.001, 7.0])]
+    {
+        for (k, x) in expected.into_iter().enumerate() {
+            assert!((told[corner][k].as_f64().expect("a number") - x).abs() < 1e-5, "{told}");
+        }
+    }
+    let text = accept(folder.path(), "fct info far.fct").out;
+    assert!(text.contains("box        500000.001"), "the box is in coordinates of the input: {text}");
     accept(folder.path(), "fct export far.fct -o far.obj");
     let obj = fs::read_to_string(folder.path().join("far.obj")).expect("readable");
     let corners: Vec<Vec<f64>> = obj

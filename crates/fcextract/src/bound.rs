@@ -5,7 +5,7 @@
 
 use crate::extraction::Stats;
 use crate::part::Part;
-use crate::{Error, Order, Selection};
+use crate::{Error, Mesh, Order, Selection};
 use fcgeom::distance_to_segment;
 use fct::{Loops, Node, Tree, VertexRecord};
 use glam::DVec3;
@@ -40,6 +40,34 @@ impl Selection {
         Part::whole(tree, self).divide(tree, self, &mut Stats::default(), |_, _| false, measure)?;
         read?;
         Ok(chords.enough)
+    }
+}
+
+impl Selection {
+    /// The same for a mesh in buffers, whose vertices may lie beside their places; `mesh` is filled with the extraction.
+    ///
+    /// In [`Order::Bound`] a vertex keeps to its own tolerance in every cluster that is bounded by no more, see
+    /// `docs/bound.md`, section 8; to the bound of a larger one its step is added, as all steps are in
+    /// [`Order::Budget`].
+    ///
+    /// # Errors
+    /// As [`Selection::bound`].
+    pub fn bound_of(&self, tree: &Tree, drawn: &Stats, mesh: &Mesh) -> Result<f64, Error> {
+        let in_place = f64::from(self.bound(tree, drawn)?);
+        let loose = in_place + mesh.longest_step;
+        if self.order == Order::Budget || mesh.longest_step == 0.0 {
+            return Ok(loose);
+        }
+        let (mut kept, mut added) = (in_place, 0.0_f64);
+        for (vertex, step) in mesh.steps() {
+            let Some(record) = tree.vertices().get(vertex as usize).filter(|_| step > 0.0) else { continue };
+            let sphere = || (DVec3::from_array(record.center()), record.radius());
+            match self.allowed(sphere).unwrap_or(0.0) {
+                allowed if allowed >= in_place => kept = kept.max(allowed),
+                _ => added = added.max(step),
+            }
+        }
+        Ok(loose.min(kept.max(in_place + added)))
     }
 }
 

@@ -72,12 +72,7 @@ impl Mesh {
         self.longest_step = 0.0;
         if self.positions != self.unmoved {
             self.keep_from_turning();
-            for (place, drawn) in self.unmoved.iter().zip(&self.positions) {
-                let step = |from: [f32; 3], to: [f32; 3]| {
-                    DVec3::from(to.map(f64::from)).distance(DVec3::from(from.map(f64::from)))
-                };
-                self.longest_step = self.longest_step.max(step(*place, *drawn));
-            }
+            self.longest_step = self.steps().map(|(_, step)| step).fold(0.0, f64::max);
         }
         self.normals.clear();
         if let Some(all) = tree.normals() {
@@ -90,6 +85,14 @@ impl Mesh {
             self.colors.extend(self.sources.iter().map(of));
         }
         Ok(())
+    }
+
+    /// The vertices, as the tree counts them, each with how far it is drawn beside its place.
+    pub(crate) fn steps(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let far = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
+        let steps =
+            self.unmoved.iter().zip(&self.positions).map(move |(from, to)| far(from).distance(far(to)));
+        self.sources.iter().copied().zip(steps)
     }
 
     /// Gives each vertex its place in order of first use.

@@ -1,5 +1,8 @@
 //! Regions of interest.
 
+use crate::Error;
+use fcgeom::distance_to_segment;
+use fct::{Child, Tree};
 use glam::DVec3;
 
 /// A ball with an error of its own.
@@ -17,9 +20,47 @@ pub struct Region {
 }
 
 impl Region {
+    /// Whether any point of the surface lies in it.
+    ///
+    /// # Errors
+    /// [`Error::Tree`] when the file is damaged where the walk comes by.
+    pub fn meets(&self, tree: &Tree) -> Result<bool, Error> {
+        let reader = tree.reader();
+        let mut stack = vec![reader.whole()];
+        while let Some(subtree) = stack.pop() {
+            if let Child::Face(_) = subtree.child.kind() {
+                let corners = reader.face(&subtree)?.map(|vertex| {
+                    let record = reader.vertices().get(vertex as usize);
+                    record.map_or(DVec3::NAN, |record| DVec3::from(record.position().map(f64::from)))
+                });
+                if distance_to_triangle(self.center, corners) <= self.radius {
+                    return Ok(true);
+                }
+                continue;
+            }
+            let node = reader.node(&subtree)?;
+            let apart = self.center.distance(DVec3::from(node.center.map(f64::from)));
+            if apart <= self.radius + f64::from(node.radius) {
+                stack.extend(reader.children(&subtree)?);
+            }
+        }
+        Ok(false)
+    }
+
     pub(crate) fn is_usable(&self) -> bool {
         self.center.is_finite() && self.radius >= 0.0 && self.radius.is_finite() && self.distance >= 0.0
     }
+}
+
+/// Distance of a point from a triangle.
+fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let is_inside = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) >= 0.0;
+    if normal.length_squared() > 0.0 && is_inside(a, b) && is_inside(b, c) && is_inside(c, a) {
+        return (p - a).dot(normal).abs() / normal.length();
+    }
+    let edges = [(a, b), (b, c), (c, a)].map(|(from, to)| distance_to_segment(p, from, to));
+    edges.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// The least error allowed in a sphere where regions lie over what `outside` allows.
@@ -50,6 +91,22 @@ mod tests {
 
     fn at(x: f64, radius: f64, regions: &[Region]) -> Option<f64> {
         least(regions, DVec3::new(x, 0.0, 0.0), radius, || Some(1.0))
+    }
+
+    #[test]
+    fn a_triangle_is_as_far_as_its_nearest_point() {
+        let triangle = [DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 4.0, 0.0)];
+        for (place, distance) in [
+            ([1.0, 1.0, -3.0], 3.0),
+            ([-3.0, -4.0, 0.0], 5.0),
+            ([2.0, -1.0, 0.0], 1.0),
+            ([4.0, 4.0, 0.0], 8.0_f64.sqrt()),
+            ([7.0, 0.0, 4.0], 5.0),
+        ] {
+            assert!((distance_to_triangle(DVec3::from(place), triangle) - distance).abs() < 1e-12);
+        }
+        let line = [DVec3::ZERO, DVec3::X, 3.0 * DVec3::X];
+        assert_eq!(distance_to_triangle(DVec3::new(2.0, 1.0, 0.0), line), 1.0);
     }
 
     #[test]
