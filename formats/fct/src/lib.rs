@@ -50,6 +50,8 @@ mod outline;
 mod pack;
 mod page;
 mod plane;
+#[cfg(feature = "command")]
+mod progress;
 mod publish;
 mod records;
 mod rule;
@@ -82,6 +84,8 @@ pub use octahedral::{FineNormalRecord, NormalRecord};
 pub use pack::{ClusterData, Clusters, Decoded, PackError, Packed, PageRun, PlainClusters, Plan};
 pub use page::{Branch, Page};
 pub use plane::{PlaneFrame, PlaneRecord};
+#[cfg(feature = "command")]
+pub use progress::{Progress, ProgressForm, ShowProgress, Stage};
 pub use publish::Pending;
 pub use records::{
     BoundingPolygonRecord, FaceRecord, GroupRecord, LOOP_END, MAX_DEPTH, MAX_FACES, MAX_PAGE_FACES,

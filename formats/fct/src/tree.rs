@@ -85,7 +85,15 @@ impl Tree {
     /// # Errors
     /// The first broken rule, as [`Error::Invalid`].
     pub fn verify(&self) -> Result<Verified, Error> {
-        verify::verify(self)
+        verify::verify(self, &mut |_| ())
+    }
+
+    /// The same, told again and again how many faces it is done with, once damage is ruled out.
+    ///
+    /// # Errors
+    /// As [`Tree::verify`].
+    pub fn verify_watched(&self, done: &mut dyn FnMut(u64)) -> Result<Verified, Error> {
+        verify::verify(self, done)
     }
 
     /// Checks hashes, padding and the vertices' numbers: what damage to the bytes changes, and the part of

@@ -6,15 +6,18 @@ mod export;
 mod flags;
 mod info;
 mod message;
+mod stage;
 mod verify;
 
 use clap::Parser as _;
 use error::Error;
 use flags::{Command, Flags};
 use message::{said_as_json, tell};
+use stage::Stage;
 use std::io::{self, Write as _};
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::thread;
 
 /// The version of the JSON documents of this program: it rises when a member changes its meaning or goes away.
@@ -55,10 +58,18 @@ fn run(flags: &Flags) -> Result<(), Error> {
             print(&if flags.json { info::to_json(&tree) } else { info::to_text(&tree) })
         }
         Command::Verify(flags) => {
+            let progress = flags.of_progress.shown(format);
+            let (flags, watched) = (&flags.of_file, Arc::clone(&progress));
             let file = flags.file.clone();
             let thread = thread::Builder::new().name("verify".to_owned());
-            let outcome = fct::Interrupt::watch()
-                .wait_for(thread, move || fct::Tree::open(&file).and_then(|tree| tree.verify()))?;
+            let outcome = fct::Interrupt::watch().wait_for(thread, move || {
+                let tree = fct::Tree::open(&file)?;
+                watched.tell(Stage::Bytes.into(), 0, 1);
+                let faces = tree.face_count() as u64;
+                tree.verify_watched(&mut |done| watched.tell(Stage::Rules.into(), done, faces))
+            });
+            progress.clear();
+            let outcome = outcome?;
             if flags.json {
                 print(&verify::to_json(&flags.file, &outcome))?;
             }
@@ -67,12 +78,18 @@ fn run(flags: &Flags) -> Result<(), Error> {
         }
         Command::Export(flags) => {
             let settings = flags.settings()?;
-            let (done, note) = export::run(&settings)?;
-            if let Some(note) = note {
-                tell(&message::warning_line(format, &settings.input, "FC351", "large_error", &note));
-            }
-            for missed in done.iter().filter_map(export::Exported::missed) {
-                tell(&message::warning_line(format, &settings.input, "FC352", "missed_budget", &missed));
+            let progress = flags.of_progress.shown(format);
+            let done = export::run(&settings, &progress);
+            progress.clear();
+            let export::Done { meshes: done, large_error, empty_region } = done?;
+            let missed = done.iter().filter_map(export::Exported::missed);
+            let warnings = large_error
+                .map(|text| ("FC351", "large_error", text))
+                .into_iter()
+                .chain(missed.map(|text| ("FC352", "missed_budget", text)))
+                .chain(empty_region.map(|text| ("FC353", "empty_region", text)));
+            for (code, name, text) in warnings {
+                tell(&message::warning_line(format, &settings.input, code, name, &text));
             }
             if flags.json {
                 return print(&export::to_json(&settings.input, &done));

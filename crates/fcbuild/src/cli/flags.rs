@@ -3,7 +3,7 @@
 use clap::{Parser, ValueEnum};
 use fcbuild::SplitMode;
 use fcbuild::mesh::Weld;
-use fct::Size;
+use fct::{ShowProgress, Size};
 use std::path::PathBuf;
 
 /// What `--help` shows below the flags.
@@ -70,8 +70,8 @@ pub(crate) struct Flags {
     #[arg(long, value_enum, value_name = "human|json", default_value_t = MessageFormat::Human, hide_possible_values = true)]
     pub(crate) message_format: MessageFormat,
     /// Show progress: on a terminal (auto), always, or never
-    #[arg(long, value_enum, value_name = "auto|always|never", default_value_t = ProgressFlag::Auto, hide_possible_values = true)]
-    pub(crate) progress: ProgressFlag,
+    #[arg(long, value_name = "auto|always|never", default_value = "auto")]
+    pub(crate) progress: ShowProgress,
 }
 
 /// `--split`.
@@ -108,17 +108,6 @@ pub(crate) enum MessageFormat {
     Human,
     /// JSON objects.
     Json,
-}
-
-/// `--progress`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ProgressFlag {
-    /// When standard error is a terminal and messages are for people.
-    Auto,
-    /// Also where it is none, as lines.
-    Always,
-    /// Not at all.
-    Never,
 }
 
 fn weld(text: &str) -> Result<Weld, String> {
@@ -158,7 +147,7 @@ mod tests {
         assert_eq!(flags.max_memory.map(|size| size.bytes()), Some(2 << 30));
         assert!(flags.force && flags.strict && flags.flip && flags.report.is_some());
         assert_eq!((flags.weld, flags.chunk_faces), (Weld::Within(0.5), 1024));
-        assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ProgressFlag::Never));
+        assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ShowProgress::Never));
         let plain = parse("a.ply -o c.fct").unwrap();
         assert_eq!((plain.split, plain.weld), (SplitFlag::Quality, Weld::Exact));
         assert!(!plain.force && !plain.flip && plain.chunk_faces == fct::CHUNK_FACES);

@@ -1,12 +1,12 @@
 //! Several files become one soup.
 
 use super::memory;
-use super::progress::{Progress, Stage};
+use super::progress::Stage;
 use fcbuild::Error;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::{self, DropReason, Group, ImportOptions, Positions, Soup, Tally};
 use fcbuild::mesh::MAX_FACES;
-use fct::Size;
+use fct::{Progress, Size};
 use std::path::PathBuf;
 
 /// Reads all files; the faces and groups of each follow those of the files before it.
@@ -27,7 +27,7 @@ pub(crate) fn read_all(
         let so_far = whole.as_ref().map_or(0, |soup| soup.triangles.len() as u64);
         let options = ImportOptions {
             max_faces: by_memory.min(MAX_FACES).saturating_sub(so_far),
-            progress: &|done, total| progress.tell(Stage::Import, done, total),
+            progress: &|done, total| progress.tell(Stage::Import.into(), done, total),
         };
         let soup = import::import(path, &options).map_err(|e| {
             let ours = e.code() == "FC501"

@@ -5,12 +5,12 @@ use super::identity::source_id;
 use super::inputs::read_all;
 use super::memory;
 use super::message::notices;
-use super::progress::{Progress, Stage};
+use super::progress::Stage;
 use super::settings::Settings;
 use fcbuild::error::ErrorKind;
 use fcbuild::import::Tally;
 use fcbuild::{BuildOptions, Built, Error, Prepared};
-use fct::{Interrupt, Size, Stopped, counted, grouped};
+use fct::{Interrupt, Progress, Size, Stopped, counted, grouped};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -84,7 +84,7 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     let options = BuildOptions {
         split: settings.split,
         weld: settings.weld,
-        progress: &|phase, done, total| progress.tell(Stage::Build(phase), done, total),
+        progress: &|phase, done, total| progress.tell(Stage::Build(phase).into(), done, total),
     };
     let prepared = pool.install(|| Prepared::new(soup, &options)).map_err(|e| blame(settings, e))?;
     // Seams and borders are known now, which cost more than faces.

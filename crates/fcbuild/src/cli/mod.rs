@@ -17,11 +17,11 @@ mod summary;
 
 use fcbuild::Error;
 use fcbuild::error::ErrorKind;
-use fct::Interrupt;
+use fct::{Interrupt, Progress};
 use flags::{Flags, MessageFormat};
 use job::{Ended, Made};
 use output::Outputs;
-use progress::{Progress, Stage};
+use progress::Stage;
 use report::Report;
 use settings::Settings;
 use std::ffi::OsString;
@@ -60,7 +60,7 @@ fn work(flags: &Flags) -> Result<ExitCode, Error> {
         }
     };
     // The last step takes seconds and ends with a whole file, so it is not interrupted.
-    progress.tell(Stage::Write, 0, 1);
+    progress.tell(Stage::Write.into(), 0, 1);
     let report = write(&settings, outputs, &made, start);
     progress.clear();
     let report = report?;

@@ -1,12 +1,11 @@
 //! What was meant: flags with their defaults resolved.
 
-use super::flags::{Flags, MAX_THREADS, MessageFormat, ProgressFlag};
+use super::flags::{Flags, MAX_THREADS, MessageFormat};
 use super::memory;
 use fcbuild::error::ErrorKind;
 use fcbuild::mesh::Weld;
 use fcbuild::{Error, SplitMode};
-use fct::Size;
-use std::io::IsTerminal as _;
+use fct::{ProgressForm, Size};
 use std::path::{Path, PathBuf};
 
 /// How to do the job.
@@ -38,17 +37,6 @@ pub(crate) struct Settings {
     pub(crate) progress: ProgressForm,
 }
 
-/// How progress is shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ProgressForm {
-    /// Not at all.
-    Off,
-    /// A bar that moves.
-    Bar,
-    /// A line now and then, for logs.
-    Lines,
-}
-
 impl Settings {
     /// Resolves the flags on this machine.
     ///
@@ -68,7 +56,6 @@ impl Settings {
             }
         }
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-        let terminal = std::io::stderr().is_terminal();
         Ok(Settings {
             inputs: flags.inputs.clone(),
             output: flags.output.clone(),
@@ -81,15 +68,7 @@ impl Settings {
             chunk_faces: flags.chunk_faces,
             force: flags.force,
             strict: flags.strict,
-            progress: match (flags.progress, terminal) {
-                (ProgressFlag::Never, _) | (ProgressFlag::Auto, false) => ProgressForm::Off,
-                // A bar would garble the lines that a program reads.
-                (ProgressFlag::Auto, true) if flags.message_format == MessageFormat::Json => {
-                    ProgressForm::Off
-                }
-                (_, true) => ProgressForm::Bar,
-                (ProgressFlag::Always, false) => ProgressForm::Lines,
-            },
+            progress: ProgressForm::here(flags.progress, flags.message_format == MessageFormat::Json),
         })
     }
 

@@ -54,7 +54,15 @@ struct Before {
     used_vertices: u32,
 }
 
-pub(crate) fn check(tree: &Tree, reader: &Reader<'_>) -> Result<Found, Box<Violation>> {
+/// Faces between two words of how far the walk is.
+const TOLD_EVERY: u32 = 1 << 14;
+
+/// Walks; `done` is told how many faces were met, at the begin and again and again.
+pub(crate) fn check(
+    tree: &Tree,
+    reader: &Reader<'_>,
+    done: &mut dyn FnMut(u64),
+) -> Result<Found, Box<Violation>> {
     let mut walk = Walk {
         reader,
         polygons: Polygons::new(tree.bounding_polygons()),
@@ -70,9 +78,15 @@ pub(crate) fn check(tree: &Tree, reader: &Reader<'_>) -> Result<Found, Box<Viola
         stack: Vec::new(),
     };
     walk.stack.push(Step::Enter { subtree: reader.whole(), parent: None, depth: 0 });
+    let mut told = 0;
+    done(0);
     while let Some(step) = walk.stack.pop() {
         match step {
             Step::Enter { subtree, parent, depth } => {
+                if subtree.first_face.saturating_sub(told) >= TOLD_EVERY {
+                    told = subtree.first_face;
+                    done(u64::from(told));
+                }
                 walk.groups.check(&subtree)?;
                 match subtree.child.kind() {
                     Child::Node(index) => walk.enter_node(index, subtree, parent, depth)?,

@@ -49,13 +49,14 @@ pub(crate) fn check_bytes(tree: &Tree) -> Result<(), Error> {
     check().map_err(|v| v.at(tree.path()))
 }
 
-pub(crate) fn verify(tree: &Tree) -> Result<Verified, Error> {
+/// Checks every rule; `done` is told how many faces the walk has met.
+pub(crate) fn verify(tree: &Tree, done: &mut dyn FnMut(u64)) -> Result<Verified, Error> {
     let path = tree.path();
     check_bytes(tree)?;
     attached::check_weld(tree).map_err(|v| v.at(path))?;
     let reader = tree.reader();
     pages::check(&reader).map_err(|v| v.at(path))?;
-    let found = descent::check(tree, &reader).map_err(|v| v.at(path))?;
+    let found = descent::check(tree, &reader, done).map_err(|v| v.at(path))?;
     attached::check_meta(tree, &found).map_err(|v| v.at(path))?;
     chunks::check(tree).map_err(|v| v.at(path))?;
     let header = tree.header();

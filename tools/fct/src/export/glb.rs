@@ -19,11 +19,11 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const HEADERS: u64 = 12 + 8 + 8;
 
 /// Writes `mesh`. The tree's groups become nodes with their names, which share the vertices; an origin becomes the
-/// translation of them all, since coordinates are in single precision here.
+/// translation of them all, since coordinates are in single precision here. `step` is called for each vertex and each triangle.
 ///
 /// # Errors
 /// Those of the writer, and `FileTooLarge` beyond the 4 GiB that the format can count.
-pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+pub(crate) fn write(mesh: &Mesh, out: &mut impl Write, step: &mut dyn FnMut()) -> io::Result<()> {
     let (description, numbers) = describe(mesh);
     let mut text = description.to_string().into_bytes();
     // Chunks are whole words: the text is filled up with spaces, and the numbers are words as they are.
@@ -35,11 +35,19 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     out.write_all(&text)?;
     write_words(out, &[numbers, BIN])?;
     let buffers = &mesh.buffers;
-    for vector in buffers.positions.iter().chain(&buffers.normals) {
-        out.write_all(vector.map(f32::to_le_bytes).as_flattened())?;
+    for position in &buffers.positions {
+        step();
+        write_words(out, &position.map(f32::to_bits))?;
+    }
+    for normal in &buffers.normals {
+        write_words(out, &normal.map(f32::to_bits))?;
     }
     out.write_all(buffers.colors.as_flattened())?;
-    write_words(out, &buffers.indices)
+    for triangle in mesh.triangles() {
+        step();
+        write_words(out, triangle)?;
+    }
+    Ok(())
 }
 
 fn write_words(out: &mut impl Write, words: &[u32]) -> io::Result<()> {
@@ -143,7 +151,7 @@ mod tests {
 
     fn read(mesh: &Mesh) -> (gltf::Document, Vec<u8>) {
         let mut bytes = Vec::new();
-        write(mesh, &mut bytes).unwrap();
+        write(mesh, &mut bytes, &mut || ()).unwrap();
         // The crate checks the description against the specification.
         let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&bytes).unwrap();
         (document, blob.unwrap())

@@ -5,10 +5,11 @@ use std::io::{self, Write};
 
 /// Writes `mesh`. Numbers have as many digits as it takes to read the same number again; colours follow the
 /// coordinates, 0 to 1, without alpha, as most programs that know them expect. The
-/// tree's groups become objects, with their names.
-pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+/// tree's groups become objects, with their names. `step` is called for each vertex and each triangle.
+pub(crate) fn write(mesh: &Mesh, out: &mut impl Write, step: &mut dyn FnMut()) -> io::Result<()> {
     writeln!(out, "# written by fct {}", env!("CARGO_PKG_VERSION"))?;
     for corner in mesh.corners() {
+        step();
         if mesh.is_at_origin() {
             let [x, y, z] = corner.position;
             write!(out, "v {x} {y} {z}")?;
@@ -27,6 +28,7 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     }
     let mut groups = mesh.groups.iter().peekable();
     for (i, triangle) in mesh.triangles().iter().enumerate() {
+        step();
         if let Some((_, name)) = groups.next_if(|(start, _)| *start == i) {
             // A name ends at the first space.
             let word = |c: char| if c.is_whitespace() || c.is_control() { '_' } else { c };
@@ -50,7 +52,7 @@ mod tests {
 
     fn text(mesh: &Mesh) -> String {
         let mut bytes = Vec::new();
-        write(mesh, &mut bytes).unwrap();
+        write(mesh, &mut bytes, &mut || ()).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 

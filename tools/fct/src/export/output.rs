@@ -92,9 +92,9 @@ mod tests {
             bytes
         };
         for written in [
-            bytes(&|out| ply::write(&mesh, out)),
-            bytes(&|out| obj::write(&mesh, out)),
-            bytes(&|out| glb::write(&mesh, out)),
+            bytes(&|out| ply::write(&mesh, out, &mut || ())),
+            bytes(&|out| obj::write(&mesh, out, &mut || ())),
+            bytes(&|out| glb::write(&mesh, out, &mut || ())),
         ] {
             fs::write(&path, &written).unwrap();
             assert!(is_export(&path));

@@ -4,7 +4,8 @@ use super::mesh::Mesh;
 use std::io::{self, Write};
 
 /// Writes `mesh`. Coordinates are `double` when the tree has an origin of its own and `float`, as stored, when not.
-pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
+/// `step` is called for each vertex and each triangle.
+pub(crate) fn write(mesh: &Mesh, out: &mut impl Write, step: &mut dyn FnMut()) -> io::Result<()> {
     let number = if mesh.is_at_origin() { "float" } else { "double" };
     writeln!(
         out,
@@ -29,6 +30,7 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         mesh.triangles().len()
     )?;
     for corner in mesh.corners() {
+        step();
         if mesh.is_at_origin() {
             write_numbers(out, corner.position, f32::to_le_bytes)?;
         } else {
@@ -42,6 +44,7 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         }
     }
     for triangle in mesh.triangles() {
+        step();
         out.write_all(&[3])?;
         // Indices stay below 2^31, so the signed type that every reader knows holds them.
         write_numbers(out, *triangle, u32::to_le_bytes)?;
@@ -72,7 +75,7 @@ mod tests {
 
     fn body_len(mesh: &Mesh) -> usize {
         let mut bytes = Vec::new();
-        write(mesh, &mut bytes).unwrap();
+        write(mesh, &mut bytes, &mut || ()).unwrap();
         let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
         bytes.len() - end
     }
@@ -86,7 +89,7 @@ mod tests {
     #[test]
     fn the_origin_is_added() {
         let mut bytes = Vec::new();
-        write(&mesh([5e5, 0.0, 0.0]), &mut bytes).unwrap();
+        write(&mesh([5e5, 0.0, 0.0]), &mut bytes, &mut || ()).unwrap();
         let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
         assert_eq!(bytes[end..end + 8], 500_001.0_f64.to_le_bytes());
     }
