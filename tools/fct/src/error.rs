@@ -11,6 +11,7 @@
 //! | FC113 | 2 | the selection has a number that cannot be used |
 //! | FC351 | 0 | warning: an error that is large beside the model |
 //! | FC352 | 0 | warning: a budget that is missed by far, as no split that is left fits |
+//! | FC353 | 0 | warning: a region in which nothing of the model lies |
 //! | FC412 | 4 | the mesh cannot be written |
 //! | FC413 | 4 | standard output cannot be written |
 //! | FC471 | 4 | the tree cannot be read |

@@ -4,7 +4,9 @@ use crate::error::Error;
 use crate::export::{Ball, Detail, Format, Output, Scale, Settings};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use fcextract::Budget;
+use fct::{Progress, ProgressForm, ShowProgress};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -114,7 +116,7 @@ pub(crate) enum Command {
     Info(FileFlags),
     /// Check every byte and every rule of a file
     #[command(after_help = VERIFY_EXAMPLES)]
-    Verify(FileFlags),
+    Verify(VerifyFlags),
     /// Write a mesh of a chosen detail as PLY, OBJ or GLB
     #[command(after_help = EXPORT_EXAMPLES)]
     Export(Box<ExportFlags>),
@@ -129,6 +131,30 @@ pub(crate) struct FileFlags {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Flags of `verify`.
+#[derive(Debug, Args)]
+pub(crate) struct VerifyFlags {
+    #[command(flatten)]
+    pub(crate) of_file: FileFlags,
+    #[command(flatten)]
+    pub(crate) of_progress: ProgressFlags,
+}
+
+/// Flags of what takes long.
+#[derive(Debug, Args)]
+pub(crate) struct ProgressFlags {
+    /// Show progress: on a terminal (auto), always, or never
+    #[arg(long, value_name = "auto|always|never", default_value = "auto")]
+    progress: ShowProgress,
+}
+
+impl ProgressFlags {
+    /// What shows how far the job is.
+    pub(crate) fn shown(&self, format: MessageFormat) -> Arc<Progress> {
+        Arc::new(Progress::new(ProgressForm::here(self.progress, format == MessageFormat::Json)))
+    }
 }
 
 /// Flags of `export`.
@@ -181,9 +207,11 @@ pub(crate) struct ExportFlags {
     /// An error of its own in a ball, finer or coarser than elsewhere; where several overlap, the smallest holds
     #[arg(long, value_name = "X,Y,Z,R=DIST", value_parser = ball, requires = "tolerance", conflicts_with = "budget", allow_hyphen_values = true)]
     region: Vec<Ball>,
-    /// Draw vertices at their places in the input, not beside them where that is nearer to the surface
-    #[arg(long)]
+    /// Draw vertices at their places in the input, not beside them where that is nearer to the surface; --epsilon always does
+    #[arg(long, conflicts_with = "epsilon")]
     in_place: bool,
+    #[command(flatten)]
+    pub(crate) of_progress: ProgressFlags,
 }
 
 impl ExportFlags {
@@ -426,6 +454,7 @@ mod tests {
             "export a.fct -o b.ply --triangles 5,",
             "export a.fct -o b.ply --triangles 5 --clusters 5",
             "export a.fct -o b.ply --epsilon -1",
+            "export a.fct -o b.ply --epsilon 1 --in-place",
             "export a.fct -o b.ply --region 1,2,3,4=1",
             "export a.fct -o b.ply --triangles 9 --region 1,2,3,4=1",
             "export a.fct -o b.ply --error 1 --region 1,2,3=1",

@@ -54,10 +54,14 @@ pub(crate) fn to_text(tree: &Tree) -> String {
         .filter_map(|(name, there)| there.then_some(name))
         .collect();
     line("attributes", if extras.is_empty() { "none".to_owned() } else { extras.join(", ") });
-    let corner = |c: [f32; 3]| format!("{} {} {}", c[0], c[1], c[2]);
+    let corner = |c: [f32; 3]| [0, 1, 2].map(|k| sum_in_words(meta.origin[k], c[k])).join(" ");
     line("box", format!("{} to {}", corner(meta.bounds_min), corner(meta.bounds_max)));
     if meta.origin != [0.0; 3] {
-        line("origin", format!("{} {} {}, to be added", meta.origin[0], meta.origin[1], meta.origin[2]));
+        let [x, y, z] = meta.origin;
+        line(
+            "origin",
+            format!("{x} {y} {z}, from which the file counts; the box is in coordinates of the input"),
+        );
     }
     if !meta.group_names.is_empty() {
         let names: Vec<_> = meta.group_names.iter().take(LISTED_GROUPS).map(|n| printable(n)).collect();
@@ -94,6 +98,7 @@ pub(crate) fn to_json(tree: &Tree) -> String {
             (s.tag.to_string(), entry)
         })
         .collect();
+    let input = |c: [f32; 3]| [0, 1, 2].map(|k| meta.origin[k] + f64::from(c[k]));
     let object = json!({
         "schema": SCHEMA,
         "path": tree.path().to_string_lossy(),
@@ -122,12 +127,25 @@ pub(crate) fn to_json(tree: &Tree) -> String {
         "origin": meta.origin,
         "bounds_min": meta.bounds_min,
         "bounds_max": meta.bounds_max,
+        "input_min": input(meta.bounds_min),
+        "input_max": input(meta.bounds_max),
         "groups": meta.group_names,
         "content_id": format!("{:032x}", header.content_id),
         "source_id": format!("{:032x}", header.source_id),
         "sections": sections,
     });
     format!("{object:#}")
+}
+
+/// A coordinate of the input with as many digits after the point as the origin and the stored number have.
+fn sum_in_words(origin: f64, stored: f32) -> String {
+    if origin == 0.0 {
+        return stored.to_string();
+    }
+    let digits = |text: String| text.split_once('.').map_or(0, |(_, digits)| digits.len());
+    let most = digits(origin.to_string()).max(digits(stored.to_string()));
+    let sum = format!("{:.most$}", origin + f64::from(stored));
+    if sum.contains('.') { sum.trim_end_matches('0').trim_end_matches('.').to_owned() } else { sum }
 }
 
 /// Characters of a text from a file that are shown; the JSON form has them all.
@@ -152,7 +170,16 @@ fn printable(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{SHOWN, printable};
+    use super::{SHOWN, printable, sum_in_words};
+
+    #[test]
+    fn coordinates_have_the_digits_that_they_came_with() {
+        assert_eq!(sum_in_words(0.0, 0.1), "0.1");
+        assert_eq!(sum_in_words(4_500_000.0, -1.0), "4499999");
+        assert_eq!(sum_in_words(4_500_000.25, 0.003), "4500000.253");
+        assert_eq!(sum_in_words(0.0, 1e30), 1e30_f32.to_string());
+        assert_eq!([sum_in_words(0.0, 300.0), sum_in_words(0.5, -0.5)], ["300", "0"]);
+    }
 
     #[test]
     fn a_name_cannot_steer_the_terminal() {

@@ -70,7 +70,7 @@ pub(crate) fn diagonal(tree: &Tree) -> f64 {
 const LARGE: f64 = 0.1;
 
 /// What to tell a user whose error is large beside the model.
-pub(crate) fn note(tree: &Tree, detail: &Detail) -> Option<String> {
+pub(crate) fn large_error(tree: &Tree, detail: &Detail) -> Option<String> {
     let (Detail::Within(Scale::Length(length)) | Detail::Epsilon(Scale::Length(length))) = detail else {
         return None;
     };
@@ -82,6 +82,28 @@ pub(crate) fn note(tree: &Tree, detail: &Detail) -> Option<String> {
             *length as f32, diagonal as f32
         )
     })
+}
+
+/// What to tell a user one of whose regions has nothing of the model in it.
+///
+/// # Errors
+/// An invalid file.
+pub(crate) fn empty_region(tree: &Tree, balls: &[Ball]) -> Result<Option<String>, Error> {
+    for ball in balls {
+        if !region(tree, ball).meets(tree)? {
+            let [x, y, z] = ball.center;
+            return Ok(Some(format!(
+                "nothing of the model lies in the region {x},{y},{z},{}; places are in the coordinates of the input, \
+                 and fct info shows the box",
+                ball.radius
+            )));
+        }
+    }
+    Ok(None)
+}
+
+fn region(tree: &Tree, ball: &Ball) -> Region {
+    Region { center: from_input(tree, ball.center), radius: ball.radius, distance: ball.distance }
 }
 
 /// A place in the tree's coordinates.
@@ -99,12 +121,7 @@ pub(crate) fn select(
     balls: &[Ball],
     cut: &mut Extraction,
 ) -> Result<Selection, Error> {
-    let region = |ball: &Ball| Region {
-        center: from_input(tree, ball.center),
-        radius: ball.radius,
-        distance: ball.distance,
-    };
-    let regions = balls.iter().map(region).collect();
+    let regions = balls.iter().map(|ball| region(tree, ball)).collect();
     let by = |scale: Scale| Selection { tolerance: scale.tolerance(tree), regions, ..Selection::full() };
     let selection = match *detail {
         Detail::Full | Detail::Budgets(..) => Selection::full(),

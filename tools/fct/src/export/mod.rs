@@ -10,20 +10,25 @@ mod ply;
 use crate::SCHEMA;
 use crate::counted::counted;
 use crate::error::Error;
+use crate::stage::Stage;
 pub(crate) use detail::{Ball, Detail, Scale};
-use fcextract::{Budget, Extraction, Order, Selection, Tolerance};
+use fcextract::{Budget, Extraction};
 use fct::grouped;
-use fct::{Interrupt, Tree};
+use fct::{Interrupt, Progress, Tree};
 use mesh::Mesh;
 use serde_json::json;
 use std::fmt;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::thread;
 
 /// Fewer calls of the system than with the default, which shows on large meshes.
 const BUFFER: usize = 1 << 20;
+
+/// Vertices and triangles between two words of how far the writing is.
+const TOLD_EVERY: u64 = 1 << 16;
 
 /// What to export, and where to.
 #[derive(Clone, Debug)]
@@ -64,7 +69,18 @@ pub(crate) enum Format {
     Glb,
 }
 
-/// What was exported.
+/// What was exported, and what the user should know.
+#[derive(Debug)]
+pub(crate) struct Done {
+    /// The meshes.
+    pub(crate) meshes: Vec<Exported>,
+    /// That an error is large beside the model.
+    pub(crate) large_error: Option<String>,
+    /// That a region has nothing of the model in it.
+    pub(crate) empty_region: Option<String>,
+}
+
+/// A mesh that was written.
 #[derive(Debug)]
 pub(crate) struct Exported {
     output: PathBuf,
@@ -93,11 +109,11 @@ enum ChosenBy {
 /// # Errors
 /// Usage when an output is the input or a selection is empty, I/O when one exists or cannot be written, a limit when not
 /// even the coarsest mesh is within a budget, an invalid file when the tree is damaged.
-pub(crate) fn run(settings: &Settings) -> Result<(Vec<Exported>, Option<String>), Error> {
+pub(crate) fn run(settings: &Settings, progress: &Arc<Progress>) -> Result<Done, Error> {
     // Before the temporaries are made, so that no signal can leave one behind.
     let interrupt = Interrupt::watch();
     let tree = Tree::open(&settings.input)?;
-    let note = detail::note(&tree, &settings.detail);
+    let large_error = detail::large_error(&tree, &settings.detail);
     let (mut pending, mut files) = (Vec::new(), Vec::new());
     for output in &settings.outputs {
         let prepared = output::prepare(&output.path, &settings.input, settings.force)?;
@@ -105,15 +121,20 @@ pub(crate) fn run(settings: &Settings) -> Result<(Vec<Exported>, Option<String>)
         pending.push(prepared);
     }
     // The main thread keeps the temporaries, to remove them when a signal comes; the job's thread ends with the process.
-    let job = settings.clone();
-    let exported = interrupt.wait_for(thread::Builder::new().name("export".to_owned()), move || {
-        // A mesh outlives its tree, and its bound is a promise: neither may come from damaged bytes.
-        tree.check_bytes()?;
-        let outputs = job.outputs.iter().zip(&files);
-        outputs.map(|(output, file)| write(&tree, &job, output, file)).collect::<Result<Vec<_>, Error>>()
-    })??;
+    let (job, progress) = (settings.clone(), Arc::clone(progress));
+    let (meshes, empty_region) =
+        interrupt.wait_for(thread::Builder::new().name("export".to_owned()), move || {
+            // A mesh outlives its tree, and its bound is a promise: neither may come from damaged bytes.
+            tree.check_bytes()?;
+            let outputs = job.outputs.iter().zip(&files);
+            let meshes = outputs.map(|(output, file)| write(&tree, &job, output, file, &progress));
+            Ok::<_, Error>((
+                meshes.collect::<Result<Vec<_>, _>>()?,
+                detail::empty_region(&tree, &job.regions)?,
+            ))
+        })??;
     pending.into_iter().try_for_each(output::publish)?;
-    Ok((exported, note))
+    Ok(Done { meshes, large_error, empty_region })
 }
 
 fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
@@ -122,7 +143,14 @@ fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
 }
 
 /// Selects, and writes the mesh into `file`.
-fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Result<Exported, Error> {
+fn write(
+    tree: &Tree,
+    settings: &Settings,
+    output: &Output,
+    file: &File,
+    progress: &Progress,
+) -> Result<Exported, Error> {
+    progress.tell(Stage::Cut.into(), 0, 1);
     let mut cut = Extraction::default();
     let (mut selection, next) = match (&settings.detail, output.budget) {
         (Detail::Budgets(_, eye), Some(budget)) => {
@@ -131,15 +159,25 @@ fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Resu
         (detail, _) => (detail::select(tree, detail, &settings.regions, &mut cut)?, None),
     };
     selection.displaced &= !settings.in_place;
+    progress.tell(Stage::Mesh.into(), 0, 1);
     let mesh = Mesh::new(tree, &cut, &selection)?;
     if mesh.triangles().is_empty() {
         return Err(Error::Empty);
     }
+    progress.tell(Stage::Bound.into(), 0, 1);
+    let bound = selection.bound_of(tree, &cut.stats, &mesh.buffers)?;
     let mut out = BufWriter::with_capacity(BUFFER, file);
+    let (mut done, total) = (0_u64, (mesh.buffers.positions.len() + mesh.triangles().len()) as u64);
+    let mut step = || {
+        if done % TOLD_EVERY == 0 {
+            progress.tell(Stage::Write.into(), done, total);
+        }
+        done += 1;
+    };
     let written = match settings.format {
-        Format::Ply => ply::write(&mesh, &mut out),
-        Format::Obj => obj::write(&mesh, &mut out),
-        Format::Glb => glb::write(&mesh, &mut out),
+        Format::Ply => ply::write(&mesh, &mut out, &mut step),
+        Format::Obj => obj::write(&mesh, &mut out, &mut step),
+        Format::Glb => glb::write(&mesh, &mut out, &mut step),
     };
     written.and_then(|()| out.flush()).map_err(unwritable(&output.path))?;
     Ok(Exported {
@@ -150,26 +188,12 @@ fn write(tree: &Tree, settings: &Settings, output: &Output, file: &File) -> Resu
         vertices: mesh.buffers.positions.len() as u64,
         clusters: cut.stats.clusters,
         collapsed: mesh.buffers.collapsed,
-        bound: bound(tree, &cut, &selection, &mesh)?,
+        bound,
         chosen_by: match settings.detail {
             Detail::Full | Detail::Within(_) => ChosenBy::Bound,
             Detail::Epsilon(_) => ChosenBy::Epsilon,
             Detail::Budgets(..) => ChosenBy::Budget,
         },
-    })
-}
-
-/// What the mesh is bounded by.
-fn bound(tree: &Tree, cut: &Extraction, selection: &Selection, mesh: &Mesh) -> Result<f64, Error> {
-    let moved = f64::from(selection.bound(tree, &cut.stats)?) + mesh.buffers.longest_step;
-    Ok(match selection.tolerance {
-        // Displaced vertices keep to the tolerance, whatever part of it is theirs.
-        Tolerance::Uniform { distance }
-            if selection.order == Order::Bound && selection.regions.is_empty() =>
-        {
-            moved.min(distance)
-        }
-        _ => moved,
     })
 }
 
