@@ -86,7 +86,8 @@ pub struct Cli {
     /// Samples a pixel; 4 smooths edges
     #[arg(long, value_name = "1|4", default_value = "4", value_parser = samples)]
     pub samples: u32,
-    /// What colours the surface
+    /// What colours the surface: its light; clusters, a colour for each; depth, from yellow for the nearest in sight over
+    /// pink to dark blue for the farthest; level, from blue for clusters of one face over green and yellow to red for a million
     #[arg(long, value_enum, value_name = "shaded|clusters|depth|level", default_value_t = ColorFlag::Shaded, hide_possible_values = true)]
     pub color: ColorFlag,
     /// Draw the edges of all triangles too

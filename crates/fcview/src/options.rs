@@ -39,9 +39,11 @@ pub enum ColorMode {
     Shaded,
     /// A colour for each cluster of the front, with outlines.
     Clusters,
-    /// Near things warm and bright, far ones dark and blue.
+    /// By the distance from the eye, from the nearest that is in sight, yellow, over pink to the farthest, dark blue; equal
+    /// ratios of distances are equal steps.
     Depth,
-    /// From blue for single faces to red for the largest clusters, with outlines: how coarse the cut is where.
+    /// By the number of faces in a cluster, from blue for one over green and yellow to red for a million, a step for each
+    /// doubling, with outlines: how coarse the cut is where.
     Level,
 }
 

@@ -1,6 +1,7 @@
 //! The renderer: a scene on a device, frame after frame.
 
 mod census;
+mod distances;
 mod fitting;
 mod geometry;
 mod passes;
@@ -205,7 +206,7 @@ impl Renderer {
         let mut clock = start;
         stats.milliseconds.cut += lap(&mut clock);
 
-        let rows = self.upload_view(scene, &plan, &view, options.color)?;
+        let rows = self.upload_view(scene, &plan, &view, options)?;
         let sides = if options.two_sided { Sides::Both } else { Sides::Front };
         let frame = Frame { scene, view: &view, plan: &plan, options, rows, sides, paint: paint(options) };
         stats.milliseconds.upload += lap(&mut clock);
@@ -298,11 +299,12 @@ impl Renderer {
         scene: &Scene,
         plan: &Plan,
         view: &View,
-        color: ColorMode,
+        options: &FrameOptions,
     ) -> Result<Place, Error> {
         let mut uniform = frame_uniform(view);
-        if color == ColorMode::Depth {
-            [uniform.depth[0], uniform.depth[1]] = depth_scale(scene, plan, view);
+        if options.color == ColorMode::Depth {
+            let span = distances::in_sight(scene, plan, view, options.two_sided);
+            [uniform.depth[0], uniform.depth[1]] = depth_scale(span, view);
         }
         self.gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
         let rows: Vec<InstanceRow> = plan
@@ -357,16 +359,7 @@ fn frame_uniform(view: &View) -> FrameUniform {
 
 /// What colours distances: the logarithm of the nearest in sight, in units of the near plane's, and one over its
 /// difference to that of the farthest.
-fn depth_scale(scene: &Scene, plan: &Plan, view: &View) -> [f32; 2] {
-    let (mut near, mut far) = (f64::INFINITY, view.near);
-    for placed in &plan.placed {
-        let sphere = scene.instances.get(placed.instance).and_then(|instance| scene.sphere(instance));
-        let Some((center, radius)) = sphere else { continue };
-        let distance = center.distance(view.eye);
-        near = near.min((distance - radius).max(0.25 * radius));
-        far = far.max(distance + radius);
-    }
-    let near = near.clamp(view.near, far);
+fn depth_scale([near, far]: [f64; 2], view: &View) -> [f32; 2] {
     let span = (far / near).log2().max(1e-3);
     [(near / view.near).log2() as f32, (1.0 / span) as f32]
 }

@@ -176,6 +176,28 @@ fn cameras_without_a_view_are_errors_and_far_or_inside_ones_are_not() {
     renderer.render(&scene, &good, &options()).unwrap();
 }
 
+/// Colours of distances once spanned the whole sphere of a model, so that a flat one had a single colour.
+#[test]
+fn colours_of_distances_span_what_is_in_sight() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("steps.fct");
+    // Two squares, the right one farther off, and one behind the camera.
+    let square = |x: f32, z: f32| {
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[u, v]| Vec3::new(x + u, v, z))
+    };
+    let corners = [square(-1.0, 0.2), square(0.0, -0.2), square(0.0, 90.0)].concat();
+    let faces = [0, 4, 8].iter().flat_map(|k| [[*k, k + 1, k + 2], [*k, k + 2, k + 3]]).collect();
+    model::write(&path, &corners, faces);
+    let scene = alone(Model::open(&path).unwrap());
+    let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
+    let camera = Camera::look_at(DVec3::new(0.0, 0.5, 6.0), DVec3::new(0.0, 0.5, 0.0), 0.4).unwrap();
+    let options = FrameOptions { color: ColorMode::Depth, ..options() };
+    let (image, _) = renderer.render(&scene, &camera, &options).unwrap();
+    let pixel = |x: usize| <[u8; 4]>::try_from(&image.rgba[4 * (60 * 160 + x)..][..4]).unwrap();
+    let ([near, far], [r, b]) = ([pixel(60), pixel(100)], [0, 2]);
+    assert!(near[r] > near[b] + 40 && far[b] > far[r] + 10, "near {near:?}, far {far:?}");
+}
+
 /// A tree of octahedra around some places, from a file in double precision.
 fn octahedra(places: &[DVec3]) -> Model {
     let mut text = format!(
