@@ -35,12 +35,8 @@ pub(crate) fn read_all(
                 && e.message().contains(&options.max_faces.to_string());
             match max_memory {
                 Some(allowed) if ours => {
-                    let all = so_far.saturating_add(e.found().unwrap_or(0));
-                    let least = allowed.same_unit(memory::least_for(all));
-                    e.remedy(format!(
-                        "more do not fit into {allowed} of memory, and these need {least} or more: raise --max-memory, \
-                         or split or simplify the mesh"
-                    ))
+                    memory::too_many_faces(so_far.saturating_add(e.found().unwrap_or(0)), allowed)
+                        .in_file(path)
                 }
                 _ => e,
             }

@@ -22,7 +22,7 @@ use fcbuild::error::ErrorKind;
 use fcbuild::import::Soup;
 use fcbuild::mesh::Weld;
 use fcbuild::{Error, Extent};
-use fct::Size;
+use fct::{Size, counted};
 use std::fs;
 use std::path::Path;
 
@@ -84,6 +84,22 @@ pub(crate) fn check(estimate: u64, limit: Option<&Size>) -> Result<(), Error> {
         .limit(limit.bytes(), estimate)),
         _ => Ok(()),
     }
+}
+
+/// Says what so many faces, or more, need; for readers that give up while they read.
+pub(crate) fn too_many_faces(faces: u64, limit: &Size) -> Error {
+    let least = least_for(faces);
+    Error::new(
+        ErrorKind::Limit,
+        "FC506",
+        format!(
+            "{} or more need {} of memory at least, and the job may take {limit}",
+            counted(faces, "face"),
+            limit.same_unit(least)
+        ),
+    )
+    .remedy("raise --max-memory, or split or simplify the mesh")
+    .limit(limit.bytes(), least)
 }
 
 /// What a job may take when the user gives no limit; `None` where the system does not tell.

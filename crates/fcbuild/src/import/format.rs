@@ -77,7 +77,9 @@ impl Format {
                 ),
             )
             .at_byte(0)
-            .remedy("fcbuild reads PLY, OBJ, STL, glTF and GLB")),
+            .remedy(
+                "fcbuild reads PLY, OBJ, STL, glTF and GLB; give a file of these its extension, such as .obj",
+            )),
         }
     }
 

@@ -30,6 +30,8 @@ pub(super) struct Feed<'a> {
     out: String,
     sent: usize,
     faces: u64,
+    /// Faces of the second pass, as the first one counts them.
+    announced: u64,
     /// Vertices and normals before the current line of the second pass, for relative indices.
     so_far: (u64, u64),
     findings: Findings,
@@ -47,6 +49,7 @@ impl<'a> Feed<'a> {
             out: String::new(),
             sent: 0,
             faces: 0,
+            announced: 0,
             so_far: (0, 0),
             findings: Findings::default(),
             error: None,
@@ -67,7 +70,7 @@ impl<'a> Feed<'a> {
         self.sent = 0;
         while self.out.len() < BATCH && self.pass != Pass::Done {
             let Some(line) = self.lines.next()? else {
-                self.end_pass();
+                self.end_pass()?;
                 continue;
             };
             let mut words = line.split(|b| b.is_ascii_whitespace() || *b == 0x0b).filter(|w| !w.is_empty());
@@ -99,6 +102,12 @@ impl<'a> Feed<'a> {
                     }
                     Ok(())
                 }
+                // Counted beforehand, so that a mesh that is too large is told with all its faces.
+                (Pass::Vertices, b"f") => {
+                    let corners = words.count() as u64;
+                    self.announced = self.announced.saturating_add(corners.saturating_sub(2).max(1));
+                    Ok(())
+                }
                 (Pass::Vertices, b"mtllib") => {
                     if let Some(code) = words.map(|w| material_file(&self.folder, w)).find_map(|code| code) {
                         count(&mut self.findings, code);
@@ -118,8 +127,9 @@ impl<'a> Feed<'a> {
         Ok(())
     }
 
-    fn end_pass(&mut self) {
+    fn end_pass(&mut self) -> Result<(), Error> {
         if self.pass == Pass::Vertices {
+            check_limit(self.announced, self.max_faces)?;
             // One more normal, of no direction, for the corners that have none.
             self.out.push_str("vn 0 0 0\n");
             self.lines.rewind();
@@ -127,6 +137,7 @@ impl<'a> Feed<'a> {
         } else {
             self.pass = Pass::Done;
         }
+        Ok(())
     }
 }
 

@@ -165,7 +165,7 @@ pub(super) fn face<'l>(
             return Err(Error::new(
                 ErrorKind::Limit,
                 "FC503",
-                format!("face {id} has more than {MAX_CORNERS} corners"),
+                format!("face {}, counted from 1, has more than {MAX_CORNERS} corners", id.saturating_add(1)),
             )
             .limit(MAX_CORNERS as u64, corners)
             .remedy("split the polygon"));
@@ -206,11 +206,17 @@ fn resolve(word: &[u8], text: &[u8], so_far: u64, total: u64, what: &str, id: u6
         _ => Err(Error::bad_input(
             "FC203",
             format!(
-                "face {id} uses {what} {} of {total}",
+                "face {} uses {what} {} of {total}",
+                id.saturating_add(1),
                 String::from_utf8_lossy(text.get(..text.len().min(40)).unwrap_or_default())
             ),
         )
-        .remedy(format!("{what} numbers count from 1, or from -1 backwards; export the file again"))),
+        .remedy(match what {
+            "vertex" => {
+                "vertices and faces count from 1, vertices from -1 backwards too; export the file again"
+            }
+            _ => "normals and faces count from 1, normals from -1 backwards too; export the file again",
+        })),
     }
 }
 

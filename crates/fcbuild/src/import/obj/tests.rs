@@ -138,7 +138,12 @@ fn broken_files_are_refused() {
     let cases: Vec<(&str, Vec<u8>, &str, &str)> = vec![
         ("O1 empty", vec![], "FC200", "empty"),
         ("O1 no faces", b"v 0 0 0\n".to_vec(), "FC207", "no faces"),
-        ("O2 zero", with("f 0 1 2"), "FC203", "line 19 (byte 196): face 5 uses vertex 0 of 5"),
+        (
+            "O2 zero",
+            with("f 0 1 2"),
+            "FC203",
+            "line 19 (byte 196): face 6 uses vertex 0 of 5; vertices and faces count from 1",
+        ),
         ("O3 before start", with("f -6 1 2"), "FC203", "vertex -6 of 5"),
         ("O4 2^63", with("f 9223372036854775808 1 2"), "FC203", "of 5"),
         ("O4 2^64", with("f 18446744073709551616 1 2"), "FC203", "of 5"),
@@ -172,7 +177,12 @@ fn many_groups_and_the_face_limit() {
     let soup = ok(&text);
     assert_eq!((soup.groups.len(), soup.positions.len()), (20_000, 3));
     assert_eq!((soup.groups[7].name.as_str(), soup.groups[7].triangles.clone()), ("part 7", 7..8));
-    assert_eq!(read_limited("a.obj", text.as_bytes(), 19_999).unwrap_err().code(), "FC501");
+    let e = read_limited("a.obj", text.as_bytes(), 7).unwrap_err();
+    assert_eq!(
+        (e.code(), e.found()),
+        ("FC501", Some(20_000)),
+        "all faces are counted, not those read so far"
+    );
 }
 
 #[test]
