@@ -122,6 +122,14 @@ fn the_bound_is_no_more_than_what_was_allowed() {
     assert!(bound_within > 0.01 && bound_within <= 0.02 && said.is_empty(), "{bound_within}");
 }
 
+/// A mesh of every face is the surface itself, which is no loose bound, however it was chosen.
+#[test]
+fn a_bound_of_zero_is_not_called_loose() {
+    let folder = folder();
+    let said = accept(folder.path(), "fct export good.fct -o all.ply --triangles 999999999").out;
+    assert!(said.contains("no farther apart than 0\n") && !said.contains("loose"), "{said}");
+}
+
 /// Meshes of several sizes come from one command, all or none of them.
 #[test]
 fn a_chain_of_levels_of_detail_is_written_at_once() {

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p fcextract --example buffers -- scan.fct`
 
-#![allow(clippy::print_stdout, reason = "an example shows what it has done")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example shows what it has done")]
 
 use fcextract::{
     Budget, Extraction, Fitter, Mesh, Order, ParallelExtractor, Perspective, Selection, Shown, extract,
@@ -10,8 +10,20 @@ use fcextract::{
 use fct::Tree;
 use glam::DVec3;
 use std::error::Error;
+use std::process::ExitCode;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        // An error says what is wrong, where and what to do.
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
     let path = std::env::args_os().nth(1).ok_or("give the path of a .fct file, as fcbuild makes it")?;
     // Opening maps the file: what no view shows is never read.
     let tree = Tree::open(path.as_ref())?;

@@ -199,11 +199,24 @@ fn check_signature(bytes: &[u8]) -> Result<(), Box<Violation>> {
         (b"\x0FFCT", "the file starts like a .fct file cut to 7 bits", "copy it again in binary mode"),
     ];
     let Some((_, found, remedy)) = OTHERS.iter().find(|(prefix, ..)| bytes.starts_with(prefix)) else {
-        return Err(Violation::in_header(Rule::Signature, 0, format!("the file starts with {start:02X?}")));
+        let found = format!("this is no .fct file: it starts with {}", in_words(start));
+        return Err(Violation::in_header(Rule::Signature, 0, found));
     };
     let mut violation = Violation::in_header(Rule::Signature, 0, *found);
     violation.remedy = Some(remedy);
     Err(violation)
+}
+
+/// Bytes as the text that they are, else as numbers.
+fn in_words(bytes: &[u8]) -> String {
+    let is_text = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    match std::str::from_utf8(bytes) {
+        Ok(text) if bytes.iter().all(is_text) => format!("the text {text:?}"),
+        _ => format!(
+            "the bytes {}",
+            bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+        ),
+    }
 }
 
 fn check_byte_order(tag: u32) -> Result<(), Box<Violation>> {

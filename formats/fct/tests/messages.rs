@@ -15,7 +15,7 @@ fn message_for(bytes: &[u8]) -> (Error, String) {
 
 #[test]
 fn other_kinds_of_files_are_told_by_name() {
-    let files: [(&[u8], &str); 8] = [
+    let files: [(&[u8], &str); 9] = [
         (b"ply\nformat ascii 1.0\n", "build a tree of it first"),
         (b"ply", "build a tree of it first"),
         (b"glTF\x02\0\0\0", "GLB"),
@@ -23,7 +23,11 @@ fn other_kinds_of_files_are_told_by_name() {
         (b"\x1F\x8B\x08\0", "unpack it first"),
         (b"\x8FFCT\n\x1A\n", "binary mode"),
         (b"\x0FFCT\r\n\x1A\n", "binary mode"),
-        (b"v 0 0 0\n", "starts with [76, 20, 30"),
+        (b"v 0 0 0\n", "this is no .fct file: it starts with the text \"v 0 0 0\\n\""),
+        (
+            b"\x7FELF\x02\x01\x01\0\0",
+            "this is no .fct file: it starts with the bytes 7F 45 4C 46 02 01 01 00",
+        ),
     ];
     for (bytes, fragment) in files {
         let (error, text) = message_for(bytes);

@@ -249,6 +249,8 @@ impl fmt::Display for Exported {
         )?;
         // The largest bound among the clusters says little about a mesh that was not chosen by it.
         f.write_str(match self.chosen_by {
+            // Nothing is below zero.
+            _ if self.bound == 0.0 => "",
             ChosenBy::Bound => "",
             ChosenBy::Epsilon => ", a loose bound, since a mean error does not go by it (--error does)",
             ChosenBy::Budget => ", a loose bound, since a budget does not go by it (--error does)",
