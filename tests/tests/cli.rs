@@ -66,7 +66,7 @@ fn groups_of_an_obj_are_kept() {
     accept(at, "fcbuild g.obj -o g.fct");
     accept(at, "fct verify g.fct");
     assert_eq!(info(at, "g.fct")["groups"], serde_json::json!(["ear", "nose"]));
-    fs::write(at.join("o.obj"), format!("{corners}o all\ng ear\nf 1 2 3\ng nose\nf 2 4 3\n"))
+    fs::write(at.join("o.obj"), format!("{corners}o all\ng ear\nf 1 2 3\ng nose\nf 2 4 3\nf 1 5 2\n"))
         .expect("writable");
     let said = accept(at, "fcbuild o.obj -o o.fct --strict");
     assert!(said.err.contains("FC344") && said.err.contains("(2 times)"), "{}", said.err);

@@ -169,7 +169,12 @@ fn usage_errors_and_limits_have_their_codes() {
         refuse(folder.path(), line, 2, &["invalid value '", expected]);
     }
     let line = "fcbuild good.ply -o x.fct --max-memory 1M";
-    refuse(folder.path(), line, 5, &["1M", "memory", "raise --max-memory", "need 17M or more"]);
+    refuse(
+        folder.path(),
+        line,
+        5,
+        &["1M", "memory", "raise --max-memory", "FC506", "need 17M of memory at least"],
+    );
     accept(folder.path(), "fct export good.fct -o x.ply --eye -1,0,2");
 }
 

@@ -63,6 +63,14 @@ fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     edges.into_iter().fold(f64::INFINITY, f64::min)
 }
 
+/// Whether a sphere lies neither inside nor outside of every region.
+pub(crate) fn crosses(regions: &[Region], center: DVec3, radius: f64) -> bool {
+    regions.iter().any(|region| {
+        let apart = region.center.distance(center);
+        apart <= region.radius + radius && apart + radius > region.radius
+    })
+}
+
 /// The least error allowed in a sphere where regions lie over what `outside` allows.
 ///
 /// It is what the regions that it touches allow, and what is allowed outside unless one region holds all of it.
@@ -123,5 +131,7 @@ mod tests {
         let both = [region(0.0, 7.0), region(1.0, 3.0)];
         assert_eq!([at(0.0, 1.0, &both), at(-1.5, 0.4, &both)].map(Option::unwrap), [3.0, 7.0]);
         assert_eq!(least(&fine, DVec3::X * 9.0, 1.0, || None), None);
+        let crossed = [0.0, 1.0, 1.5, 2.9, 3.1].map(|x| crosses(&fine, DVec3::X * x, 1.0));
+        assert_eq!(crossed, [false, false, true, true, false]);
     }
 }

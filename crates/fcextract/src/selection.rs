@@ -73,15 +73,19 @@ impl Selection {
     /// It is the vertex's own place, unless the selection is `displaced`: then it may lie beside it, by a distance that
     /// follows from the vertex and the tolerance alone and vanishes with the tolerance. A mesh drawn so is as free of
     /// cracks, and its mean error smaller by up to a fifth. In [`Order::Bound`] it keeps to the tolerance as it would in
-    /// place; that takes a tree that says how far vertices may go, see [`fct::Tree::promises_displaced`]. In
+    /// place, and where its sphere crosses the border of a region, so that clusters around it are allowed other errors, it
+    /// stays; that takes a tree that says how far vertices may go, see [`fct::Tree::promises_displaced`]. In
     /// [`Order::Budget`] its distance bound is [`Selection::bound`] and the longest such step.
     pub fn position(&self, vertex: &VertexRecord) -> DVec3 {
         let place = DVec3::from_array(vertex.position().map(f64::from));
         if !self.displaced {
             return place;
         }
-        let sphere = || (DVec3::from_array(vertex.center()), vertex.radius());
-        let allowed = self.allowed(sphere).unwrap_or(0.0);
+        let (center, radius) = (DVec3::from_array(vertex.center()), vertex.radius());
+        if self.order == Order::Bound && region::crosses(&self.regions, center, radius) {
+            return place;
+        }
+        let allowed = self.allowed(|| (center, radius)).unwrap_or(0.0);
         place
             + DVec3::from_array(match self.order {
                 Order::Bound => vertex.displaced_by_bound(allowed),

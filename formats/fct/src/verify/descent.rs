@@ -55,7 +55,7 @@ struct Before {
 }
 
 /// Faces between two words of how far the walk is.
-const TOLD_EVERY: u32 = 1 << 14;
+const TOLD_EVERY: u32 = 1 << 12;
 
 /// Walks; `done` is told how many faces were met, at the begin and again and again.
 pub(crate) fn check(

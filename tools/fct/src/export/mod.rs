@@ -28,7 +28,7 @@ use std::thread;
 const BUFFER: usize = 1 << 20;
 
 /// Vertices and triangles between two words of how far the writing is.
-const TOLD_EVERY: u64 = 1 << 16;
+const TOLD_EVERY: u64 = 1 << 12;
 
 /// What to export, and where to.
 #[derive(Clone, Debug)]
