@@ -5,7 +5,7 @@
 
 use crate::extraction::Stats;
 use crate::part::Part;
-use crate::{Error, Mesh, Order, Selection};
+use crate::{Error, Mesh, Order, Selection, Tolerance};
 use fcgeom::distance_to_segment;
 use fct::{Loops, Node, Tree, VertexRecord};
 use glam::DVec3;
@@ -47,8 +47,8 @@ impl Selection {
     /// The same for a mesh in buffers, whose vertices may lie beside their places; `mesh` is filled with the extraction.
     ///
     /// In [`Order::Bound`] a vertex keeps to its own tolerance in every cluster that is bounded by no more, see
-    /// `docs/bound.md`, section 8; to the bound of a larger one its step is added, as all steps are in
-    /// [`Order::Budget`].
+    /// `docs/bound.md`, section 8. In views a cluster may be bounded by more, and then the step is added, as all steps are
+    /// in [`Order::Budget`].
     ///
     /// # Errors
     /// As [`Selection::bound`].
@@ -58,13 +58,14 @@ impl Selection {
         if self.order == Order::Budget || mesh.longest_step == 0.0 {
             return Ok(loose);
         }
+        let is_view = matches!(self.tolerance, Tolerance::Perspective(_));
         let (mut kept, mut added) = (in_place, 0.0_f64);
         for (vertex, step) in mesh.steps() {
             let Some(record) = tree.vertices().get(vertex as usize).filter(|_| step > 0.0) else { continue };
             let sphere = || (DVec3::from_array(record.center()), record.radius());
             match self.allowed(sphere).unwrap_or(0.0) {
-                allowed if allowed >= in_place => kept = kept.max(allowed),
-                _ => added = added.max(step),
+                allowed if is_view && allowed < in_place => added = added.max(step),
+                allowed => kept = kept.max(allowed),
             }
         }
         Ok(loose.min(kept.max(in_place + added)))
