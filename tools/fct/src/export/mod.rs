@@ -124,6 +124,7 @@ pub(crate) fn run(settings: &Settings, progress: &Arc<Progress>) -> Result<Done,
     let (job, progress) = (settings.clone(), Arc::clone(progress));
     let (meshes, empty_region) =
         interrupt.wait_for(thread::Builder::new().name("export".to_owned()), move || {
+            progress.tell(Stage::Bytes.into(), 0, 1);
             // A mesh outlives its tree, and its bound is a promise: neither may come from damaged bytes.
             tree.check_bytes()?;
             let outputs = job.outputs.iter().zip(&files);
