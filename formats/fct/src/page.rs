@@ -263,7 +263,7 @@ impl<'a> Page<'a> {
     }
 
     /// Where a branch's plane lies, if all its faces face the axis of its cone, and its distance bound; none for a face.
-    #[inline]
+    #[inline(always)]
     pub fn plane(&self, branch: &Branch) -> Option<(Option<PlaneFrame>, f32)> {
         let record = self.record_of(branch)?;
         let frame = (record.width < u8::MAX).then(|| PlaneFrame::of(record, self.per_quantum));

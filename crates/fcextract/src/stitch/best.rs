@@ -45,7 +45,7 @@ struct Chords {
 
 impl Best {
     /// Shows the triangles of the best triangulation, counter-clockwise; false if none of all is valid.
-    #[inline]
+    #[inline(always)]
     pub(super) fn show(&mut self, corners: usize, show: impl FnMut([usize; 3])) -> bool {
         match corners {
             4 => return self.quad(show),
@@ -57,6 +57,7 @@ impl Best {
     }
 
     /// The better one of two diagonals.
+    #[inline(always)]
     fn quad(&mut self, mut show: impl FnMut([usize; 3])) -> bool {
         self.go_around(4);
         // At each corner the triangle of it and the next two.
@@ -76,6 +77,7 @@ impl Best {
     }
 
     /// The best one of five fans.
+    #[inline(always)]
     fn pentagon(&mut self, mut show: impl FnMut([usize; 3])) -> bool {
         self.go_around(5);
         let ears = costs::<8>(self, [0, 1, 2]);

@@ -4,7 +4,7 @@ use super::best::{BEST_UP_TO, Best};
 use crate::criterion::Criterion;
 use crate::eager::{Kept, Table};
 use crate::page::Mesh;
-use fct::{Branch, Loops, Page, PlaneFrame, SMALL_FACES, VertexRecord};
+use fct::{Branch, Loops, Page, PlaneFrame, SMALL_FACES};
 
 /// Draws clusters of one page at a time.
 #[derive(Debug)]
@@ -21,8 +21,6 @@ pub(crate) struct PagePolygon {
     ring: [u8; 256],
     /// Of a page's root, what is drawn of its boundary.
     kept: Kept,
-    /// The corners of a polygon.
-    corners: [u32; ROOM],
     best: Best,
 }
 
@@ -50,7 +48,6 @@ impl Default for PagePolygon {
             z: [0.0; 256],
             ring: [0; 256],
             kept: Kept::default(),
-            corners: [0; ROOM],
             best: Best::default(),
         }
     }
@@ -141,21 +138,38 @@ impl PagePolygon {
         };
         // Where the cluster folds over there is no direction that all its faces face.
         let Some(frame) = frame else { return Some(false) };
-        for (four, locals) in self.ring.as_chunks::<4>().0.iter().enumerate().take(corners.div_ceil(4)) {
-            for (lane, local) in locals.iter().enumerate() {
-                let (at, local) = (4 * four + lane, usize::from(*local));
-                self.best.x[at] = self.x[local];
-                self.best.y[at] = self.y[local];
-                self.best.height[at] = self.z[local];
-                self.corners[at] = self.vertex[local];
-            }
+        let [first, second, third, ..] = self.ring;
+        if corners == 3 {
+            let three = [first, second, third];
+            show_triangle(
+                three.map(|l| self.place(l)),
+                three.map(|l| self.vertex[usize::from(l)]),
+                &frame,
+                mesh,
+            );
+            return Some(true);
         }
-        let base = page.vertex(page.first_face(branch)?[0])?.1;
-        Some(self.show(page, corners, (&frame, base), mesh))
+        let base = page.vertex(page.first_face(branch)?[0])?.1.position();
+        let lay = Lay::of(&frame, self.place(first), base.map(|c| c * page.per_quantum()));
+        let mut vertices = [0_u32; ROOM];
+        for (four, locals) in self.ring.as_chunks::<4>().0.iter().enumerate().take(corners.div_ceil(4)) {
+            let at = 4 * four;
+            for (lane, local) in locals.iter().enumerate() {
+                let local = usize::from(*local);
+                self.best.x[at + lane] = self.x[local];
+                self.best.y[at + lane] = self.y[local];
+                self.best.height[at + lane] = self.z[local];
+                vertices[at + lane] = self.vertex[local];
+            }
+            lay.four(&mut self.best, at);
+        }
+        Some(self.best.show(corners, |triangle| {
+            mesh.indices.extend_from_slice(&triangle.map(|corner| vertices[corner % ROOM]));
+        }))
     }
 
     /// The same for a page's root by what is known of its boundary; none, and nothing, if that is not enough.
-    #[inline]
+    #[inline(never)]
     pub(crate) fn draw_root(
         &mut self,
         page: &Page<'_>,
@@ -177,54 +191,30 @@ impl PagePolygon {
             mesh.stats.bound = mesh.stats.bound.max(bound);
             return Some(corners == 0);
         };
-        let base = page.record_of_vertex(self.kept.first_corner)?;
-        for (at, vertex) in vertices.iter().enumerate() {
-            let place = page.record_of_vertex(*vertex)?.position();
-            [self.best.x[at], self.best.y[at], self.best.height[at]] = place.map(|c| c * page.per_quantum());
-            self.corners[at] = *vertex;
-        }
         mesh.stats.bound = mesh.stats.bound.max(bound);
-        Some(self.show(page, corners, (&frame, base), mesh))
+        let place =
+            |vertex| page.record_of_vertex(vertex).map(|r| r.position().map(|c| c * page.per_quantum()));
+        let first = place(vertices[0])?;
+        if let [a, b, c] = *vertices {
+            show_triangle([first, place(b)?, place(c)?], [a, b, c], &frame, mesh);
+            return Some(true);
+        }
+        let lay = Lay::of(&frame, first, place(self.kept.first_corner)?);
+        for (at, vertex) in vertices.iter().enumerate() {
+            [self.best.x[at], self.best.y[at], self.best.height[at]] = place(*vertex)?;
+        }
+        for four in 0..corners.div_ceil(4) {
+            lay.four(&mut self.best, 4 * four);
+        }
+        Some(self.best.show(corners, |triangle| {
+            mesh.indices.extend_from_slice(&triangle.map(|corner| vertices[corner]));
+        }))
     }
 
-    /// Appends the triangles of the polygon of so many corners, three or more, whose places are in `best`; false, and
-    /// nothing, if there is no valid triangulation. `base` is the first corner of its first face.
     #[inline]
-    fn show(
-        &mut self,
-        page: &Page<'_>,
-        corners: usize,
-        (frame, base): (&PlaneFrame, &VertexRecord),
-        mesh: &mut Mesh<'_>,
-    ) -> bool {
-        let [tangent, other, axis] = frame.axes;
-        let Best { x, y, height, .. } = &mut self.best;
-        // Places from the first corner on, which loses no digits of small polygons far from the origin.
-        let origin = [x[0], y[0], height[0]];
-        if corners == 3 {
-            let [first, second, third, ..] = self.corners;
-            mesh.indices.extend_from_slice(&[first, second, third]);
-            let [u, v] = [1, 2].map(|i| minus([x[i], y[i], height[i]], origin));
-            let twice_area = dot(u, tangent) * dot(v, other) - dot(v, tangent) * dot(u, other);
-            mesh.stats.folded += u64::from(twice_area < 0.0);
-            return true;
-        }
-        let base = base.position().map(|c| c * page.per_quantum());
-        let [u, v] = frame.lean;
-        let across = sum(axis, sum(times(u, tangent), times(v, other)));
-        let level = dot(minus(base, origin), across) + frame.height * frame.length;
-        for four in 0..corners.div_ceil(4) {
-            for i in 4 * four..4 * four + 4 {
-                let d = [x[i] - origin[0], y[i] - origin[1], height[i] - origin[2]];
-                x[i] = dot(d, tangent);
-                y[i] = dot(d, other);
-                height[i] = dot(d, across) - level;
-            }
-        }
-        let vertices = &self.corners;
-        self.best.show(corners, |triangle| {
-            mesh.indices.extend_from_slice(&triangle.map(|corner| vertices[corner % ROOM]));
-        })
+    fn place(&self, local: u8) -> [f32; 3] {
+        let local = usize::from(local);
+        [self.x[local], self.y[local], self.z[local]]
     }
 
     /// What of a page's root's boundary is drawn, after [`PagePolygon::draw_root`].
@@ -276,6 +266,51 @@ impl PagePolygon {
             n => Rings::One(n),
         })
     }
+}
+
+/// How places of a polygon are laid into the plane along the axis of its cone.
+struct Lay<'a> {
+    /// The first corner: from there on places of small polygons far from the origin lose no digits.
+    origin: [f32; 3],
+    frame: &'a PlaneFrame,
+    /// Across the plane that fits best, and its height there.
+    across: [f32; 3],
+    level: f32,
+}
+
+impl<'a> Lay<'a> {
+    /// `base` is the first corner of the cluster's first face.
+    #[inline(always)]
+    fn of(frame: &'a PlaneFrame, origin: [f32; 3], base: [f32; 3]) -> Lay<'a> {
+        let [tangent, other, axis] = frame.axes;
+        let [u, v] = frame.lean;
+        let across = sum(axis, sum(times(u, tangent), times(v, other)));
+        let level = dot(minus(base, origin), across) + frame.height * frame.length;
+        Lay { origin, frame, across, level }
+    }
+
+    /// Lays the places of four corners.
+    #[inline(always)]
+    fn four(&self, best: &mut Best, at: usize) {
+        let [tangent, other, _] = self.frame.axes;
+        let Best { x, y, height, .. } = best;
+        for i in at..at + 4 {
+            let d = minus([x[i], y[i], height[i]], self.origin);
+            x[i] = dot(d, tangent);
+            y[i] = dot(d, other);
+            height[i] = dot(d, self.across) - self.level;
+        }
+    }
+}
+
+/// Appends a polygon of three corners.
+#[inline]
+fn show_triangle([a, b, c]: [[f32; 3]; 3], vertices: [u32; 3], frame: &PlaneFrame, mesh: &mut Mesh<'_>) {
+    mesh.indices.extend_from_slice(&vertices);
+    let [tangent, other, _] = frame.axes;
+    let (u, v) = (minus(b, a), minus(c, a));
+    let twice_area = dot(u, tangent) * dot(v, other) - dot(v, tangent) * dot(u, other);
+    mesh.stats.folded += u64::from(twice_area < 0.0);
 }
 
 fn sum([ax, ay, az]: [f32; 3], [bx, by, bz]: [f32; 3]) -> [f32; 3] {
