@@ -53,6 +53,16 @@ pub(crate) struct Outline {
     loop_ends: Vec<usize>,
 }
 
+impl Outline {
+    /// Makes it one of these loops; places are still to be found.
+    fn set(&mut self, vertices: &[u32], loop_ends: &[usize]) {
+        self.vertices.clear();
+        self.vertices.extend_from_slice(vertices);
+        self.loop_ends.clear();
+        self.loop_ends.extend_from_slice(loop_ends);
+    }
+}
+
 impl Stitcher {
     /// Appends the triangles of a node of the cut; returns how many of them fold over.
     pub(crate) fn draw(
@@ -104,11 +114,7 @@ impl Stitcher {
         if is_simple && self.draw_best(reader.vertices(), kept, node, out) {
             return Ok(0);
         }
-        let outline = &mut self.outline;
-        outline.vertices.clear();
-        outline.vertices.extend_from_slice(vertices);
-        outline.loop_ends.clear();
-        outline.loop_ends.extend_from_slice(ends);
+        self.outline.set(vertices, ends);
         self.show(reader, subtree, node, out)
     }
 
@@ -127,11 +133,7 @@ impl Stitcher {
         (subtree, node): (&Subtree, &Node),
         out: &mut Vec<u32>,
     ) -> Result<u64, Error> {
-        let outline = &mut self.outline;
-        outline.vertices.clear();
-        outline.vertices.extend_from_slice(&loops.vertices);
-        outline.loop_ends.clear();
-        outline.loop_ends.extend_from_slice(&loops.ends);
+        self.outline.set(&loops.vertices, &loops.ends);
         self.show(reader, subtree, node, out)
     }
 
