@@ -1,14 +1,13 @@
 //! The command `fcbuild`: a polygon mesh in, a face-cluster tree out. See `fcbuild --help`.
 
 mod cli;
-mod heap;
 
 use clap::Parser as _;
 use cli::flags::Flags;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    heap::map_large_blocks();
+    fct::heap::map_large_blocks();
     match Flags::try_parse() {
         Ok(flags) => cli::run(&flags),
         Err(error) => {

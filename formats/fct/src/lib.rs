@@ -40,6 +40,8 @@ mod halves;
 mod hash;
 mod header;
 #[cfg(feature = "command")]
+pub mod heap;
+#[cfg(feature = "command")]
 mod interrupt;
 mod loops;
 mod map;

@@ -15,7 +15,7 @@
 //! | triangles between random vertices | 399,944 | 3 a face, once cut | 3 a face, once cut | 1004 | 1135 |
 //!
 //! How threads take turns moves the peak by a hundredth; with the dynamic threshold of the GNU C library it was a tenth,
-//! and the peak a fifth higher, see `heap.rs`.
+//! and the peak a fifth higher, see `fct::heap`.
 
 use super::distinct;
 use fcbuild::error::ErrorKind;
