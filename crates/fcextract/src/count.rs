@@ -1,6 +1,7 @@
 //! How many triangles a selection draws, without drawing them.
 
 use crate::criterion::Boundary;
+use crate::eager::{Eager, Kept, Table};
 use crate::part::{Settled, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Selection, Shown, Stats};
@@ -30,6 +31,7 @@ pub(crate) struct Counter {
     loops: Loops,
     corners: Vec<u32>,
     stitcher: Stitcher,
+    kept: Kept,
     drawn: Vec<u32>,
     /// Vertices that were looked at so far.
     pub(crate) looked_at: u64,
@@ -46,7 +48,7 @@ impl Counter {
     ) -> Result<Counted, Error> {
         let Shown { tree, selection: shape } = shown;
         let selection = Selection { tolerance: shape.tolerance.scaled(factor), ..shape.clone() };
-        let reader = tree.reader();
+        let (reader, eager) = (tree.reader(), Eager::of(tree, selection.order));
         let mut stats = Stats::default();
         let mut cut = Counted { last: f64::INFINITY, ..Counted::default() };
         self.stack.clear();
@@ -67,7 +69,7 @@ impl Counter {
                 }
                 Sight::Drawn => {
                     cut.counts.clusters += 1;
-                    cut.counts.triangles += self.polygon(&reader, &selection, &subtree, &node)?;
+                    cut.counts.triangles += self.polygon((&reader, eager), &selection, &subtree, &node)?;
                     cut.next = cut.next.max(shape.level_of_node(&shape.tolerance, &node).1);
                     if enough(&cut.counts) {
                         break;
@@ -81,13 +83,13 @@ impl Counter {
     /// The number of triangles of a subtree's root, single faces included.
     pub(crate) fn subtree(
         &mut self,
-        reader: &Reader<'_>,
+        (reader, eager): (&Reader<'_>, Option<&Table>),
         selection: &Selection,
         subtree: &Subtree,
     ) -> Result<u64, Error> {
         match subtree.child.kind() {
             Child::Face(_) => Ok(1),
-            Child::Node(_) => self.polygon(reader, selection, subtree, &reader.node(subtree)?),
+            Child::Node(_) => self.polygon((reader, eager), selection, subtree, &reader.node(subtree)?),
         }
     }
 
@@ -97,15 +99,29 @@ impl Counter {
     /// more than once, some come to nothing, and only drawing tells how many.
     pub(crate) fn polygon(
         &mut self,
-        reader: &Reader<'_>,
+        (reader, eager): (&Reader<'_>, Option<&Table>),
         selection: &Selection,
         subtree: &Subtree,
         node: &Node,
     ) -> Result<u64, Error> {
-        reader.read_loops(subtree, &mut self.loops)?;
-        self.looked_at += self.loops.vertices.len() as u64;
         let boundary = Boundary::of(selection, reader, node);
         self.corners.clear();
+        if let Some(eager) = eager
+            && eager.keep_of(reader, subtree, &boundary, &mut self.kept).is_some()
+        {
+            self.corners.extend(self.kept.vertices());
+            if let Some(triangles) = self.triangles(self.kept.ends().len()) {
+                return Ok(triangles);
+            }
+            self.drawn.clear();
+            self.stitcher.draw_kept(reader, &self.kept, (subtree, node), &mut self.drawn)?;
+            return Ok(self.drawn.len() as u64 / 3);
+        }
+        reader.read_loops(subtree, &mut self.loops)?;
+        self.looked_at += self.loops.vertices.len() as u64;
+        if let Some(eager) = eager {
+            eager.fill(reader, (subtree, node), &self.loops)?;
+        }
         let mut rings = 0;
         for ring in self.loops.iter() {
             let start = self.corners.len();
@@ -116,17 +132,22 @@ impl Counter {
                 rings += 1;
             }
         }
-        if rings == 0 {
-            return Ok(0);
-        }
-        let corners = self.corners.len();
-        self.corners.sort_unstable();
-        self.corners.dedup();
-        if rings == 1 && self.corners.len() == corners {
-            return Ok(corners as u64 - 2);
+        if let Some(triangles) = self.triangles(rings) {
+            return Ok(triangles);
         }
         self.drawn.clear();
         self.stitcher.draw(reader, selection, subtree, node, &mut self.drawn)?;
         Ok(self.drawn.len() as u64 / 3)
+    }
+
+    /// The number of triangles of the corners of so many rings, if that says it; sorts them.
+    fn triangles(&mut self, rings: usize) -> Option<u64> {
+        let corners = self.corners.len();
+        if rings == 0 || corners < 3 {
+            return Some(0);
+        }
+        self.corners.sort_unstable();
+        self.corners.dedup();
+        (rings == 1 && self.corners.len() == corners).then_some(corners as u64 - 2)
     }
 }

@@ -3,7 +3,7 @@
 use crate::eager::UNKNOWN;
 use crate::extraction::Stats;
 use crate::part::{Settled, Sight};
-use crate::{Order, Perspective, Selection, Tolerance};
+use crate::{Order, Perspective, Selection, Tolerance, region};
 use fct::{Branch, Node, Page, Reader, ShortFloat, VertexRecord};
 use glam::DVec3;
 
@@ -72,6 +72,8 @@ pub(crate) struct Seen<'a> {
     small: i16,
     /// There vertices with smaller keys than this are not active.
     inactive: i16,
+    /// Whether regions allow other errors elsewhere, and thus in spheres that reach there.
+    has_regions: bool,
 }
 
 /// A vertex lies in the sphere of each node whose boundary it is on. The centre of its own sphere is less than sqrt 3
@@ -88,6 +90,9 @@ impl<'a> Seen<'a> {
     /// What a selection comes to in a branch of a page, if it comes to that.
     pub(crate) fn of(selection: &'a Selection, page: &Page<'_>, root: &Branch) -> Option<Seen<'a>> {
         let whole = page.whole();
+        if !selection.extra.is_clear_of_nodes(&page.subtree(root)) {
+            return None;
+        }
         let seen = Seen::below(selection, &page.node(&whole)?)?;
         if *root == whole {
             return Some(seen);
@@ -97,15 +102,18 @@ impl<'a> Seen<'a> {
         Some(Seen { refined, drawn, ..seen })
     }
 
-    /// The same for a node, all below it and their boundaries.
+    /// The same for a node, all below it but what is extra, and their boundaries.
     pub(crate) fn below(selection: &'a Selection, node: &Node) -> Option<Seen<'a>> {
         let Tolerance::Perspective(view) = &selection.tolerance else { return None };
-        // Beyond a right angle the square of a cosine grows again.
-        if !selection.regions.is_empty() || !selection.extra.is_empty() || view.corner_cos < 0.0 {
-            return None;
-        }
         let center = DVec3::from_array(node.center.map(f64::from));
         let radius = f64::from(node.radius);
+        // Beyond a right angle the square of a cosine grows again.
+        if view.corner_cos < 0.0
+            || !is_clear_of_extra(selection, node)
+            || region::touches(&selection.regions, center, WIDER * radius)
+        {
+            return None;
+        }
         let near = view.near(center, radius, WIDER);
         Some(Seen {
             selection,
@@ -114,6 +122,7 @@ impl<'a> Seen<'a> {
             drawn: least_over(near.least * (1.0 - ROUNDING)),
             small: least_over(radius),
             inactive: least_over(near.least_wider * (1.0 - ROUNDING - EAGERNESS)),
+            has_regions: !selection.regions.is_empty(),
         })
     }
 }
@@ -133,6 +142,7 @@ impl<'a> Boundary<'a> {
         let thresholds = match &seen {
             Some(seen) => seen.thresholds(),
             None => Everywhere::within(selection)
+                .filter(|_| is_clear_of_extra(selection, node))
                 .map_or(Thresholds::NOTHING, |everywhere| everywhere.thresholds()),
         };
         Boundary { records: reader.vertices(), selection, seen, thresholds }
@@ -174,7 +184,10 @@ impl Criterion for Seen<'_> {
     }
 
     #[inline]
-    fn activates(&self, _index: u32, vertex: &VertexRecord) -> bool {
+    fn activates(&self, index: u32, vertex: &VertexRecord) -> bool {
+        if self.has_regions && vertex.radius.rank() >= self.small {
+            return self.selection.activates(index, vertex);
+        }
         let key = self.selection.order.of([vertex.bound, vertex.budget]).rank();
         if key >= self.refined {
             return true;
@@ -203,15 +216,24 @@ pub(crate) struct Everywhere {
 }
 
 impl Everywhere {
-    /// What a selection comes to in a subtree, if it comes to that.
-    pub(crate) fn of(selection: &Selection, settled: Settled) -> Option<Everywhere> {
-        Everywhere::within(selection).filter(|_| settled.is_shown())
+    /// What a selection comes to in a branch of a page, if it comes to that.
+    pub(crate) fn of(
+        selection: &Selection,
+        page: &Page<'_>,
+        root: &Branch,
+        settled: Settled,
+    ) -> Option<Everywhere> {
+        let everywhere = Everywhere::within(selection).filter(|_| settled.is_shown())?;
+        let is_alone = selection.extra.is_empty()
+            || selection.extra.is_clear_of_nodes(&page.subtree(root))
+                && is_clear_of_extra(selection, &page.node(&page.whole())?);
+        is_alone.then_some(everywhere)
     }
 
-    /// The same where it does not matter what is left out.
+    /// The same without what is extra, where it does not matter what is left out.
     fn within(selection: &Selection) -> Option<Everywhere> {
         match selection.tolerance {
-            Tolerance::Uniform { distance } if selection.is_plain() => {
+            Tolerance::Uniform { distance } if selection.regions.is_empty() => {
                 let distance = distance.min(f64::MAX);
                 let refined = least_over(distance);
                 // Eagerness is less than a step of short floats.
@@ -241,6 +263,12 @@ impl Criterion for Everywhere {
     fn thresholds(&self) -> Thresholds {
         Thresholds { active: self.active, inactive: self.active }
     }
+}
+
+/// Whether no vertex is drawn in a node's sphere, where all vertices of its faces are, but those that keys ask for.
+#[inline]
+fn is_clear_of_extra(selection: &Selection, node: &Node) -> bool {
+    selection.extra.is_clear_of(DVec3::from_array(node.center.map(f64::from)), f64::from(node.radius))
 }
 
 /// The rank of the least short float that is more than this; the least rank of all for a number that is negative or none.

@@ -62,7 +62,7 @@ pub fn by_epsilon(tree: &Tree, selection: Selection) -> Result<Selection, Error>
                         let allowed = selection.allowed(sphere).unwrap_or(0.0);
                         if f64::from(record.bound()) > BORDER * allowed {
                             copies.each(tree, vertex, |copy| {
-                                cut.extra.vertices.add(copy);
+                                cut.extra.add_vertex(copy, reader.vertices().get(copy as usize));
                             });
                         }
                     }
@@ -78,7 +78,7 @@ pub fn by_epsilon(tree: &Tree, selection: Selection) -> Result<Selection, Error>
             corners.of_split(&reader, &children, Order::Bound, node.bound, |v| cut.draws(&reader, v))?;
         for &vertex in needed {
             copies.each(tree, vertex, |copy| {
-                cut.extra.vertices.add(copy);
+                cut.extra.add_vertex(copy, reader.vertices().get(copy as usize));
             });
         }
         let [left, right] = children;

@@ -77,7 +77,7 @@ impl PageWalk {
         let all = selection.tolerance == Tolerance::Full && selection.is_plain() && settled.is_shown();
         let sound = if all {
             self.draw_faces(&page, root, mesh)
-        } else if let Some(everywhere) = Everywhere::of(selection, settled) {
+        } else if let Some(everywhere) = Everywhere::of(selection, &page, &root, settled) {
             self.walk((&page, source.eager), (root, settled), &everywhere, mesh, &mut general)?
         } else if let Some(seen) = Seen::of(selection, &page, &root) {
             self.walk((&page, source.eager), (root, settled), &seen, mesh, &mut general)?

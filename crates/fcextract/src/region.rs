@@ -71,6 +71,12 @@ pub(crate) fn crosses(regions: &[Region], center: DVec3, radius: f64) -> bool {
     })
 }
 
+/// Whether any region has a point in common with a sphere.
+#[inline]
+pub(crate) fn touches(regions: &[Region], center: DVec3, radius: f64) -> bool {
+    regions.iter().any(|region| region.center.distance(center) <= region.radius + radius)
+}
+
 /// The least error allowed in a sphere where regions lie over what `outside` allows.
 ///
 /// It is what the regions that it touches allow, and what is allowed outside unless one region holds all of it.

@@ -129,7 +129,7 @@ impl Selection {
     #[inline]
     pub(crate) fn activates(&self, index: u32, vertex: &VertexRecord) -> bool {
         let sphere = || (DVec3::from_array(vertex.center()), vertex.radius());
-        self.refines(self.order.of_vertex(vertex), sphere) || self.extra.vertices.has(index)
+        self.refines(self.order.of_vertex(vertex), sphere) || self.extra.has_vertex(index)
     }
 
     /// Whether the vertex of this index is drawn; not if there is none.

@@ -4,9 +4,12 @@ use super::candidate::Candidate;
 use super::trial::Work;
 use super::{Budget, Shown};
 use crate::copies::Copies;
+use crate::eager::Eager;
+use crate::extra::{Bits, Places};
 use crate::part::{Settled, Sight};
 use crate::{Error, Stats, Tolerance};
 use fct::{Child, Loops, Reader, Subtree};
+use glam::DVec3;
 use std::collections::HashMap;
 
 /// The cut of one tree while it is refined.
@@ -87,14 +90,18 @@ impl Front {
     ) -> Result<(), Error> {
         self.watched.clear();
         let (reader, selection) = (shown.tree.reader(), &shown.selection);
-        let mut is_wanted = crate::extra::Bits::default();
+        let (mut is_wanted, mut places) = (Bits::default(), Places::default());
         for slot in slots.filter_map(|s| self.slots.get(s as usize)) {
             reader.read_loops(&slot.subtree, loops)?;
             for &vertex in &loops.vertices {
                 // With one copy all of them are wanted.
                 if !selection.draws(&reader, vertex) && !is_wanted.has(vertex) {
                     copies.each(shown.tree, vertex, |copy| {
-                        is_wanted.add(copy);
+                        if is_wanted.add(copy)
+                            && let Some(record) = reader.vertices().get(copy as usize)
+                        {
+                            places.add(record.position());
+                        }
                     });
                 }
             }
@@ -105,6 +112,10 @@ impl Front {
         for number in 0..self.slots.len() {
             let Some(slot) = self.slots.get(number).filter(|slot| slot.is_drawn) else { continue };
             if let Child::Node(_) = slot.subtree.child.kind() {
+                let node = reader.node(&slot.subtree)?;
+                if !places.any_within(DVec3::from(node.center.map(f64::from)), f64::from(node.radius)) {
+                    continue;
+                }
                 reader.read_loops(&slot.subtree, loops)?;
                 for &vertex in &loops.vertices {
                     if is_wanted.has(vertex) {
@@ -129,19 +140,19 @@ impl Front {
         let Some(&old) = self.slots.get(candidate.slot as usize) else {
             return Ok(Change::TooLarge(u64::MAX));
         };
-        let reader = shown.tree.reader();
+        let (reader, eager) = (shown.tree.reader(), Eager::of(shown.tree, shown.selection.order));
         let children = reader.children(&old.subtree)?;
         work.find_added(shown, copies, &children, candidate.key)?;
         let counts_triangles = matches!(budget, Budget::Triangles(_));
         let mut change = -1;
         if counts_triangles {
             work.find_touched(self, candidate.slot);
-            change = -work.count(&reader, &shown.selection, &[old], &self.slots)?;
+            change = -work.count((&reader, eager), &shown.selection, &[old], &self.slots)?;
         }
         let extra = &mut shown.selection.extra;
         extra.nodes.add(candidate.node);
         for &vertex in &work.added {
-            extra.vertices.add(vertex);
+            extra.add_vertex(vertex, reader.vertices().get(vertex as usize));
         }
         work.pieces.clear();
         work.stack.clear();
@@ -149,7 +160,7 @@ impl Front {
         add_pieces(&reader, shown, &mut work.stack, &mut work.pieces)?;
         let pieces = std::mem::take(&mut work.pieces);
         change += if counts_triangles {
-            work.count(&reader, &shown.selection, &pieces, &self.slots)?
+            work.count((&reader, eager), &shown.selection, &pieces, &self.slots)?
         } else {
             pieces.len() as i64
         };
@@ -158,7 +169,7 @@ impl Front {
             let extra = &mut shown.selection.extra;
             extra.nodes.remove(candidate.node);
             for &vertex in &work.added {
-                extra.vertices.remove(vertex);
+                extra.remove_vertex(vertex, reader.vertices().get(vertex as usize));
             }
             return Ok(Change::TooLarge(change as u64));
         }

@@ -5,6 +5,7 @@ use super::front::{Front, Slot, Stack};
 use crate::copies::Copies;
 use crate::corners::Corners;
 use crate::count::Counter;
+use crate::eager::Table;
 use crate::{Error, Selection};
 use fct::{Loops, Reader, Subtree};
 
@@ -79,7 +80,7 @@ impl Work {
     /// one that is split, and of those around.
     pub(super) fn count(
         &mut self,
-        reader: &Reader<'_>,
+        (reader, eager): (&Reader<'_>, Option<&Table>),
         selection: &Selection,
         drawn: &[Slot],
         slots: &[Slot],
@@ -87,7 +88,7 @@ impl Work {
         let around = self.touched.iter().filter_map(|s| slots.get(*s as usize));
         let mut sum = 0;
         for slot in drawn.iter().chain(around) {
-            sum += self.counter.subtree(reader, selection, &slot.subtree)? as i64;
+            sum += self.counter.subtree((reader, eager), selection, &slot.subtree)? as i64;
         }
         Ok(sum)
     }

@@ -8,7 +8,7 @@ mod ring;
 
 pub(crate) use ring::Kept;
 
-use crate::criterion::{Thresholds, least_over};
+use crate::criterion::{Boundary, Thresholds, least_over};
 use crate::{Error, Order};
 use fct::{Loops, Node, Page, Reader, SMALL_FACES, ShortFloat, Subtree, Tree, VertexRecord};
 use ring::{Row, is_due};
@@ -137,16 +137,21 @@ impl Table {
         true
     }
 
-    /// Leaves what is drawn of the boundary of a node above the pages in `kept`; none if it does not know.
+    /// Leaves what is drawn of the boundary of a node in `kept`; none if it does not know, as within pages.
     #[inline]
-    pub(crate) fn keep_of_top(
+    pub(crate) fn keep_of(
         &self,
-        top: u32,
-        thresholds: Thresholds,
+        reader: &Reader<'_>,
+        subtree: &Subtree,
+        boundary: &Boundary<'_>,
         kept: &mut Kept,
-        draws: impl FnMut(u32) -> bool,
     ) -> Option<()> {
-        kept.read(self.tops.get(top as usize)?, thresholds, draws)
+        let draws = |vertex| boundary.draws(vertex);
+        if let Some(top) = subtree.top() {
+            return kept.read(self.tops.get(top as usize)?, boundary.thresholds, draws);
+        }
+        let (page, root) = reader.page(subtree)?;
+        if root == page.whole() { self.keep_of_page(&page, boundary.thresholds, kept, draws) } else { None }
     }
 
     /// The same of a page's root.
@@ -161,14 +166,23 @@ impl Table {
         kept.read(self.roots.get(page.number() as usize)?, thresholds, draws)
     }
 
-    /// Writes down what there is to know of a node above the pages, by its loops and the first corner of its first face.
-    pub(crate) fn fill_top(
+    /// Writes down what there is to know of a node, by its loops and the first corner of its first face; of those in pages
+    /// only of roots.
+    pub(crate) fn fill(
         &self,
         reader: &Reader<'_>,
         (subtree, node): (&Subtree, &Node),
         loops: &Loops,
     ) -> Result<(), Error> {
-        let Some(row) = subtree.top().and_then(|top| self.tops.get(top as usize)) else { return Ok(()) };
+        let Some(top) = subtree.top() else {
+            if let Some((page, root)) = reader.page(subtree)
+                && root == page.whole()
+            {
+                let _ = self.fill_root(&page);
+            }
+            return Ok(());
+        };
+        let Some(row) = self.tops.get(top as usize) else { return Ok(()) };
         if !is_due(row) {
             return Ok(());
         }

@@ -86,18 +86,14 @@ impl Stitcher {
         (subtree, node): (&Subtree, &Node),
         out: &mut Vec<u32>,
     ) -> Result<u64, Error> {
-        let Some((eager, top)) = eager.zip(subtree.top()) else {
-            return self.draw(reader, selection, subtree, node, out);
-        };
+        let Some(eager) = eager else { return self.draw(reader, selection, subtree, node, out) };
         let boundary = Boundary::of(selection, reader, node);
         let mut kept = Kept::default();
-        let is_known =
-            eager.keep_of_top(top, boundary.thresholds, &mut kept, |vertex| boundary.draws(vertex)).is_some();
-        if is_known {
+        if eager.keep_of(reader, subtree, &boundary, &mut kept).is_some() {
             return self.draw_kept(reader, &kept, (subtree, node), out);
         }
         reader.read_loops(subtree, &mut self.loops)?;
-        eager.fill_top(reader, (subtree, node), &self.loops)?;
+        eager.fill(reader, (subtree, node), &self.loops)?;
         self.stitch(reader, &boundary, subtree, node, out)
     }
 
