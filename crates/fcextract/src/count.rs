@@ -1,11 +1,11 @@
 //! How many triangles a selection draws, without drawing them.
 
-use crate::criterion::Boundary;
+use crate::criterion::{Boundary, Criterion, Everywhere, Seen};
 use crate::eager::{Eager, Kept, Table};
 use crate::part::{Settled, Sight};
-use crate::stitch::Stitcher;
+use crate::stitch::{PagePolygon, Stitcher};
 use crate::{Error, Selection, Shown, Stats};
-use fct::{Child, Loops, Node, Reader, Subtree};
+use fct::{Branch, Child, Loops, Node, Page, Reader, Subtree};
 
 /// What a selection comes to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +31,8 @@ pub(crate) struct Counter {
     loops: Loops,
     corners: Vec<u32>,
     stitcher: Stitcher,
+    branches: Vec<(Branch, Settled)>,
+    page: PagePolygon,
     kept: Kept,
     drawn: Vec<u32>,
     /// Vertices that were looked at so far.
@@ -54,6 +56,12 @@ impl Counter {
         self.stack.clear();
         self.stack.push((reader.whole(), selection.settled()));
         while let Some((subtree, settled)) = self.stack.pop() {
+            if self.page((&reader, eager), (shape, &selection), (&subtree, settled), &mut cut)? {
+                if enough(&cut.counts) {
+                    break;
+                }
+                continue;
+            }
             if let Child::Face(_) = subtree.child.kind() {
                 cut.counts.clusters += 1;
                 cut.counts.triangles += 1;
@@ -78,6 +86,88 @@ impl Counter {
             }
         }
         Ok(cut)
+    }
+
+    /// Adds what a subtree in a page comes to; false, and nothing, if it does not lie in one or the page is strange.
+    fn page(
+        &mut self,
+        known: (&Reader<'_>, Option<&Table>),
+        (shape, selection): (&Selection, &Selection),
+        (subtree, settled): (&Subtree, Settled),
+        cut: &mut Counted,
+    ) -> Result<bool, Error> {
+        let Some((page, root)) = subtree.top().is_none().then(|| known.0.page(subtree)).flatten() else {
+            return Ok(false);
+        };
+        let before = *cut;
+        let place = (&page, (root, settled));
+        let is_sound = if let Some(everywhere) = Everywhere::of(selection, &page, &root, settled) {
+            self.walk(known, (shape, selection), place, &everywhere, cut)?
+        } else if let Some(seen) = Seen::of(selection, &page, &root) {
+            self.walk(known, (shape, selection), place, &seen, cut)?
+        } else {
+            self.walk(known, (shape, selection), place, selection, cut)?
+        };
+        if is_sound.is_none() {
+            *cut = before;
+        }
+        Ok(is_sound.is_some())
+    }
+
+    /// Goes down from a branch of a page and counts what is in the cut; none if something is not there.
+    fn walk<C: Criterion>(
+        &mut self,
+        (reader, eager): (&Reader<'_>, Option<&Table>),
+        (shape, selection): (&Selection, &Selection),
+        (page, root): (&Page<'_>, (Branch, Settled)),
+        criterion: &C,
+        cut: &mut Counted,
+    ) -> Result<Option<()>, Error> {
+        let level = |branch: &Branch| Some(shape.level_of_node(&shape.tolerance, &page.node(branch)?).1);
+        let (mut stats, mut is_ready) = (Stats::default(), false);
+        self.branches.clear();
+        self.branches.push(root);
+        while let Some((branch, settled)) = self.branches.pop() {
+            if branch.face_count() == 1 {
+                cut.counts.clusters += 1;
+                cut.counts.triangles += 1;
+                continue;
+            }
+            let Some((sight, level)) =
+                criterion.sight(page, &branch, settled, &mut stats).zip(level(&branch))
+            else {
+                return Ok(None);
+            };
+            match sight {
+                Sight::Culled => continue,
+                Sight::Refined { settled } => {
+                    cut.last = cut.last.min(level);
+                    let Some([left, right]) = page.children(&branch) else { return Ok(None) };
+                    self.branches.extend([(right, settled), (left, settled)]);
+                    continue;
+                }
+                Sight::Drawn => {}
+            }
+            cut.counts.clusters += 1;
+            cut.next = cut.next.max(level);
+            let is_root = branch == page.whole();
+            if !is_root && !is_ready {
+                if self.page.begin(page, eager, criterion).is_none() {
+                    return Ok(None);
+                }
+                is_ready = true;
+            }
+            let counted = if is_root { Some(None) } else { self.page.count(page, &branch) };
+            cut.counts.triangles += match counted {
+                None => return Ok(None),
+                Some(Some(triangles)) => triangles,
+                Some(None) => {
+                    let subtree = page.subtree(&branch);
+                    self.polygon((reader, eager), selection, &subtree, &reader.node(&subtree)?)?
+                }
+            };
+        }
+        Ok(Some(()))
     }
 
     /// The number of triangles of a subtree's root, single faces included.

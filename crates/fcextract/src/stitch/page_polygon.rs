@@ -242,6 +242,26 @@ impl PagePolygon {
         is_read.is_some() && branch.face_count() > SMALL_FACES
     }
 
+    /// The number of triangles of a branch of two faces or more; nothing in it where only drawing tells, none if the page
+    /// does not have what it says.
+    pub(crate) fn count(&mut self, page: &Page<'_>, branch: &Branch) -> Option<Option<u64>> {
+        Some(match self.thin(page, branch)? {
+            Rings::None => Some(0),
+            Rings::Several => None,
+            Rings::One(corners) => {
+                let mut passed = [0_u64; 4];
+                let is_new = |local: &u8| {
+                    let (word, bit) = (usize::from(local / 64), 1 << (local % 64));
+                    let is_new = passed[word] & bit == 0;
+                    passed[word] |= bit;
+                    is_new
+                };
+                let are_all = self.ring.iter().take(corners).all(is_new);
+                are_all.then_some(corners as u64 - 2)
+            }
+        })
+    }
+
     /// Leaves the active vertices of a branch's loops in `ring`.
     #[inline]
     fn thin(&mut self, page: &Page<'_>, branch: &Branch) -> Option<Rings> {
