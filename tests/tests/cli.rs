@@ -65,7 +65,19 @@ fn groups_of_an_obj_are_kept() {
         .expect("writable");
     accept(at, "fcbuild g.obj -o g.fct");
     accept(at, "fct verify g.fct");
-    assert_eq!(info(at, "g.fct")["groups"], serde_json::json!(["ear", "nose"]));
+    let of_groups = info(at, "g.fct");
+    assert_eq!(of_groups["groups"], serde_json::json!(["ear", "nose"]));
+    let said = accept(at, "fcbuild g.obj -o g.fct --force");
+    assert!(said.err.contains("FC294") && said.err.contains("--join-groups"), "{}", said.err);
+    accept(at, "fcbuild g.obj -o one.fct --join-groups --strict --report r.json");
+    accept(at, "fct verify one.fct");
+    let joined = info(at, "one.fct");
+    let counts = |info: &serde_json::Value| ["components", "groups"].map(|of| info["counts"][of].as_u64());
+    assert_eq!([counts(&of_groups), counts(&joined)], [[Some(2); 2], [Some(1); 2]]);
+    assert!(joined["generator"].as_str().is_some_and(|text| text.ends_with("--join-groups")));
+    let report: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(at.join("r.json")).unwrap()).unwrap();
+    assert_eq!(report["settings"]["join_groups"], true);
     fs::write(at.join("o.obj"), format!("{corners}o all\ng ear\nf 1 2 3\ng nose\nf 2 4 3\nf 1 5 2\n"))
         .expect("writable");
     let said = accept(at, "fcbuild o.obj -o o.fct --strict");

@@ -63,6 +63,9 @@ pub(crate) struct Flags {
     /// Turn every face over, its normals too: for a surface that looks inwards
     #[arg(long)]
     pub(crate) flip: bool,
+    /// Make one surface of all groups: it is not cut where they meet, and the tree does not tell them apart
+    #[arg(long)]
+    pub(crate) join_groups: bool,
     /// Write counts, times and sizes as JSON
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
@@ -138,19 +141,19 @@ mod tests {
     #[test]
     fn every_flag_means_what_it_says() {
         let flags = parse(
-            "a.ply b.obj -o c.fct --split cca --threads 3 --max-memory 2GiB --force --strict --flip --weld 0.5 \
+            "a.ply b.obj -o c.fct --split cca --threads 3 --max-memory 2GiB --force --strict --flip --join-groups --weld 0.5 \
              --chunk-faces 1024 --report r.json --message-format json --progress never",
         )
         .unwrap();
         assert_eq!(flags.inputs.len(), 2);
         assert_eq!((flags.split, flags.threads), (SplitFlag::Cca, Some(3)));
         assert_eq!(flags.max_memory.map(|size| size.bytes()), Some(2 << 30));
-        assert!(flags.force && flags.strict && flags.flip && flags.report.is_some());
+        assert!(flags.force && flags.strict && flags.flip && flags.join_groups && flags.report.is_some());
         assert_eq!((flags.weld, flags.chunk_faces), (Weld::Within(0.5), 1024));
         assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ShowProgress::Never));
         let plain = parse("a.ply -o c.fct").unwrap();
         assert_eq!((plain.split, plain.weld), (SplitFlag::Quality, Weld::Exact));
-        assert!(!plain.force && !plain.flip && plain.chunk_faces == fct::CHUNK_FACES);
+        assert!(!plain.force && !plain.flip && !plain.join_groups && plain.chunk_faces == fct::CHUNK_FACES);
     }
 
     #[test]

@@ -70,6 +70,9 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     if settings.flip {
         soup.flip();
     }
+    if settings.join_groups {
+        soup.join_groups();
+    }
     let import = start.elapsed();
     check_strict(settings, &soup.tally)?;
 
@@ -96,6 +99,9 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     check_strict(settings, &built.tally)?;
     check_books(&built)?;
     let mut flags = if settings.flip { " --flip".to_owned() } else { String::new() };
+    if settings.join_groups {
+        flags.push_str(" --join-groups");
+    }
     if settings.chunk_faces != fct::CHUNK_FACES {
         built.set_chunk_faces(settings.chunk_faces).map_err(|e| blame(settings, e))?;
         flags = format!("{flags} --chunk-faces {}", settings.chunk_faces);
@@ -108,7 +114,11 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
 /// Edges at which the surface was cut are a repair like any other.
 fn warn_of_seams(built: &mut Built) {
     let edges = built.meta.seam_edges;
-    let groups = if built.meta.group_names.len() > 1 { ", by faces of different groups" } else { "" };
+    let groups = if built.meta.group_names.len() > 1 {
+        ", by faces of different groups, which --join-groups makes one surface of,"
+    } else {
+        ""
+    };
     let (were, there) = if edges == 1 { ("edge was", "there") } else { ("edges were", "at each of them") };
     built.tally.warn(
         "seam_edges",

@@ -23,6 +23,8 @@ pub(crate) struct Settings {
     pub(crate) weld: Weld,
     /// Whether every face is turned over.
     pub(crate) flip: bool,
+    /// Whether all groups are made one.
+    pub(crate) join_groups: bool,
     /// Threads of the pool.
     pub(crate) threads: usize,
     /// Bytes that the job may take, as far as they are known.
@@ -63,6 +65,7 @@ impl Settings {
             split: flags.split.into(),
             weld: flags.weld,
             flip: flags.flip,
+            join_groups: flags.join_groups,
             threads: flags.threads.map_or_else(cores, |n| n as usize).min(MAX_THREADS as usize),
             max_memory: flags.max_memory.clone().or_else(|| memory::default_limit().map(Size::of_bytes)),
             chunk_faces: flags.chunk_faces,

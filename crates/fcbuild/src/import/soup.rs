@@ -105,4 +105,12 @@ impl Soup {
             *x = -*x;
         }
     }
+
+    /// Makes one group of all, of the first one's name, so that the surface is not cut where they meet.
+    pub fn join_groups(&mut self) {
+        self.groups.truncate(1);
+        if let Some(all) = self.groups.first_mut() {
+            all.triangles = 0..self.triangles.len();
+        }
+    }
 }
