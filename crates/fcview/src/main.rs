@@ -34,7 +34,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             say(&format!("error[{}]: {error}", error.code()));
-            ExitCode::from(error.exit_code())
+            fct::end_with(error.exit_code())
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Signals: Ctrl-C, termination, a terminal that goes away and a limit on processor time end a program in good order.
 
 use std::io;
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
@@ -16,7 +17,7 @@ const LISTEN_EVERY: Duration = Duration::from_millis(50);
 /// SIGXCPU.
 ///
 /// The first one only raises a flag, so that temporaries can be removed; a second one of the same kind ends the
-/// process at once, in case the first is not heard.
+/// process at once, in case the first is not heard. When all is removed, [`end_with`] ends the process.
 #[derive(Debug)]
 pub struct Interrupt {
     caught: Vec<(u8, Arc<AtomicBool>)>,
@@ -36,25 +37,21 @@ pub enum Stopped {
 impl Interrupt {
     /// Watches from now on. Where the system does not allow it, signals keep their usual effect.
     ///
+    /// A signal that the program was started to ignore stays ignored, as under `nohup`.
     /// A file that outgrows a limit ends nothing any more: writing it fails instead.
     pub fn watch() -> Self {
-        let mut signals = vec![(130_u8, consts::SIGINT), (143, consts::SIGTERM)];
-        #[cfg(unix)]
-        {
-            // A program under `nohup` outlives its terminal: a signal that is ignored stays so.
-            let more = [(129, consts::SIGHUP), (131, consts::SIGQUIT), (152, consts::SIGXCPU)];
-            signals.extend(more.into_iter().filter(|(_, signal)| is_ignored(*signal) == Some(false)));
-            // With a handler, whatever it does, the system says EFBIG to the one who writes.
-            let _ = flag::register(consts::SIGXFSZ, Arc::default());
-        }
-        let caught = signals.into_iter().filter_map(|(exit, signal)| {
+        let signals = watched().filter_map(|(exit, signal)| {
             let raised = Arc::new(AtomicBool::new(false));
             // Handlers run in order: the first asks whether the flag is up already, the second raises it.
-            flag::register_conditional_shutdown(signal, i32::from(exit), Arc::clone(&raised)).ok()?;
+            end_at_once_if(&raised, exit, signal).ok()?;
             flag::register(signal, Arc::clone(&raised)).ok()?;
             Some((exit, raised))
         });
-        Self { caught: caught.collect() }
+        let caught = signals.collect();
+        // With a handler, whatever it does, the system says EFBIG to the one who writes.
+        #[cfg(unix)]
+        let _ = flag::register(consts::SIGXFSZ, Arc::default());
+        Self { caught }
     }
 
     /// The exit code of the signal that was caught, if one was: 128 and its number.
@@ -93,6 +90,58 @@ impl Interrupt {
             }
         }
     }
+}
+
+/// Ends the process with the exit code of an error; to be called last of all in `main`.
+///
+/// After a signal the process dies by it: a shell that runs a script or a loop stops with the command only then, and
+/// says 128 and the number itself.
+/// SIGQUIT and SIGXCPU do not dump the memory, which may be many gigabytes, of a program that has ended in good order.
+pub fn end_with(code: u8) -> ExitCode {
+    #[cfg(unix)]
+    if let Some((_, signal)) = SIGNALS.into_iter().find(|(exit, _)| *exit == code) {
+        #[cfg(target_os = "linux")]
+        let _ = rustix::process::set_dumpable_behavior(rustix::process::DumpableBehavior::NotDumpable);
+        // Comes back only where the system refuses.
+        let _ = signal_hook::low_level::emulate_default_handler(signal);
+    }
+    ExitCode::from(code)
+}
+
+/// Exit codes and signals.
+#[cfg(unix)]
+const SIGNALS: [(u8, i32); 5] = [
+    (129, consts::SIGHUP),
+    (130, consts::SIGINT),
+    (131, consts::SIGQUIT),
+    (143, consts::SIGTERM),
+    (152, consts::SIGXCPU),
+];
+#[cfg(not(unix))]
+const SIGNALS: [(u8, i32); 2] = [(130, consts::SIGINT), (143, consts::SIGTERM)];
+
+/// The signals to watch for: those that the process was not started to ignore, as it is in the background of a shell
+/// without job control, where Ctrl-C is for others, or under `nohup`.
+fn watched() -> impl Iterator<Item = (u8, i32)> {
+    #[cfg(unix)]
+    let is_meant = |signal| match is_ignored(signal) {
+        Some(ignored) => !ignored,
+        // What people and systems send most is cleaned up after where nobody knows.
+        None => [consts::SIGINT, consts::SIGTERM].contains(&signal),
+    };
+    #[cfg(not(unix))]
+    let is_meant = |_| true;
+    SIGNALS.into_iter().filter(move |(_, signal)| is_meant(*signal))
+}
+
+/// Lets the signal end the process if the flag is up: by its usual effect, but for those that dump the memory.
+fn end_at_once_if(raised: &Arc<AtomicBool>, exit: u8, signal: i32) -> io::Result<()> {
+    let raised = Arc::clone(raised);
+    #[cfg(unix)]
+    if ![consts::SIGQUIT, consts::SIGXCPU].contains(&signal) {
+        return flag::register_conditional_default(signal, raised).map(drop);
+    }
+    flag::register_conditional_shutdown(signal, i32::from(exit), raised).map(drop)
 }
 
 /// Whether the process was started with the signal ignored; `None` where the system does not tell.

@@ -78,7 +78,7 @@ pub use displacement::Displacement;
 pub use error::{Error, Violation};
 pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
 #[cfg(feature = "command")]
-pub use interrupt::{Interrupt, Stopped};
+pub use interrupt::{Interrupt, Stopped, end_with};
 pub use loops::Loops;
 pub use meta::{MAX_META_LEN, Meta};
 pub use node::{BoundingPolygon, ConeFrame, Node};

@@ -86,6 +86,12 @@ pub(crate) enum Error {
         /// 128 + the signal's number, as shells have it.
         exit: u8,
     },
+    /// A signal asked the program to stop when it was about to end.
+    #[error("stopped by a signal; all that was asked for is complete and in its place")]
+    InterruptedLate {
+        /// 128 + the signal's number, as shells have it.
+        exit: u8,
+    },
     /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     Stdout(io::Error),
@@ -154,7 +160,7 @@ impl Error {
             | Error::Stdout(_) => 4,
             Error::Place(error) => error.exit_code(),
             Error::Budget { .. } | Error::Extract(_) | Error::Thread(_) => 5,
-            Error::Interrupted { exit } => *exit,
+            Error::Interrupted { exit } | Error::InterruptedLate { exit } => *exit,
             Error::Tree(error) => error.exit_code(),
         }
     }
@@ -176,7 +182,7 @@ impl Error {
             Error::Extract(_) => "FC512",
             Error::Tree(error) => error.code(),
             Error::Bug => "FC901",
-            Error::Interrupted { .. } => "FC902",
+            Error::Interrupted { .. } | Error::InterruptedLate { .. } => "FC902",
         }
     }
 }

@@ -81,7 +81,8 @@ bytes; `fct verify` checks every rule besides.
 
 Exit codes: 0 done, 1 our bug, 2 usage, 4 input or output, 5 a limit, 7 invalid
 .fct file, 129, 130, 131, 143 or 152 stopped by a signal. On any but 0
-nothing is written, unless all that fails is standard output.";
+nothing is written, unless all that fails is standard output or a signal comes
+when the meshes are complete.";
 
 /// The text of a usage error, or of help and version.
 pub(crate) fn said(error: &clap::Error) -> String {

@@ -45,7 +45,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tell(&message::error_line(flags.message_format, &error));
-            ExitCode::from(error.exit_code())
+            fct::end_with(error.exit_code())
         }
     }
 }
@@ -79,7 +79,9 @@ fn run(flags: &Flags) -> Result<(), Error> {
         Command::Export(flags) => {
             let settings = flags.settings()?;
             let progress = flags.of_progress.shown(format);
-            let done = export::run(&settings, &progress);
+            // Before the temporaries are made, so that no signal can leave one behind.
+            let interrupt = fct::Interrupt::watch();
+            let done = export::run(&settings, &interrupt, &progress);
             progress.clear();
             let export::Done { meshes: done, large_error, empty_region } = done?;
             let missed = done.iter().filter_map(export::Exported::missed);
@@ -91,10 +93,13 @@ fn run(flags: &Flags) -> Result<(), Error> {
             for (code, name, text) in warnings {
                 tell(&message::warning_line(format, &settings.input, code, name, &text));
             }
-            if flags.json {
-                return print(&export::to_json(&settings.input, &done));
-            }
-            print(&done.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+            print(&if flags.json {
+                export::to_json(&settings.input, &done)
+            } else {
+                done.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+            })?;
+            // Whoever has pressed Ctrl-C does not want the next one of a loop either.
+            interrupt.exit_code().map_or(Ok(()), |exit| Err(Error::InterruptedLate { exit }))
         }
     }
 }

@@ -20,7 +20,8 @@ The summary goes to standard output, progress, warnings and errors to standard e
 
 Exit codes: 0 done (perhaps with warnings), 1 our bug, 2 usage, 3 bad input,
 4 input or output, 5 a limit, 129, 130, 131, 143 or 152 stopped by a signal.
-On any but 0 nothing is written, unless all that fails is standard output.";
+On any but 0 nothing is written, unless all that fails is standard output or a
+signal comes when the tree is complete.";
 
 /// More threads than this only cost memory: the serial parts dominate long before.
 pub(crate) const MAX_THREADS: i64 = 256;

@@ -183,13 +183,13 @@ pub(crate) fn error_line(format: MessageFormat, error: &Error) -> String {
     }
 }
 
-/// The line for a stop by a signal.
-pub(crate) fn interrupted_line(format: MessageFormat, exit: u8) -> String {
-    const MESSAGE: &str = "stopped by a signal; nothing was written";
+/// The line for a stop by a signal, and what there is now.
+pub(crate) fn interrupted_line(format: MessageFormat, exit: u8, state: &str) -> String {
+    let message = format!("stopped by a signal; {state}");
     match format {
-        MessageFormat::Human => format!("error[FC902]: {MESSAGE}"),
+        MessageFormat::Human => format!("error[FC902]: {message}"),
         MessageFormat::Json => {
-            json!({ "level": "error", "code": "FC902", "exit": exit, "message": MESSAGE }).to_string()
+            json!({ "level": "error", "code": "FC902", "exit": exit, "message": message }).to_string()
         }
     }
 }
@@ -232,7 +232,7 @@ mod tests {
             (&error["level"], &error["byte"], &error["exit"]),
             (&json!("error"), &json!(7), &json!(3))
         );
-        assert_eq!(read(interrupted_line(MessageFormat::Json, 130))["exit"], json!(130));
+        assert_eq!(read(interrupted_line(MessageFormat::Json, 130, ""))["exit"], json!(130));
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub(crate) fn run(flags: &Flags) -> ExitCode {
         Ok(exit) => exit,
         Err(error) => {
             tell(&message::error_line(flags.message_format, &error));
-            ExitCode::from(error.exit_code())
+            fct::end_with(error.exit_code())
         }
     }
 }
@@ -55,8 +55,8 @@ fn work(flags: &Flags) -> Result<ExitCode, Error> {
         Ended::BySignal(exit) => {
             progress.clear();
             drop(outputs);
-            tell(&message::interrupted_line(flags.message_format, exit));
-            return Ok(ExitCode::from(exit));
+            tell(&message::interrupted_line(flags.message_format, exit, "nothing was written"));
+            return Ok(fct::end_with(exit));
         }
     };
     // The last step takes seconds and ends with a whole file, so it is not interrupted.
@@ -67,6 +67,11 @@ fn work(flags: &Flags) -> Result<ExitCode, Error> {
 
     warn(flags.message_format, &settings, &made);
     print(&report.to_text())?;
+    if let Some(exit) = interrupt.exit_code() {
+        // Whoever has pressed Ctrl-C does not want the next one of a loop either.
+        tell(&message::interrupted_line(flags.message_format, exit, "the tree is complete and in its place"));
+        return Ok(fct::end_with(exit));
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -104,14 +104,17 @@ enum ChosenBy {
     Budget,
 }
 
-/// Exports, and says what the user should know; the outputs are there as a whole or not at all, also when a signal stops the program.
+/// Exports, and says what the user should know; the outputs are there as a whole or not at all, also when a signal stops
+/// the program.
 ///
 /// # Errors
 /// Usage when an output is the input or a selection is empty, I/O when one exists or cannot be written, a limit when not
 /// even the coarsest mesh is within a budget, an invalid file when the tree is damaged.
-pub(crate) fn run(settings: &Settings, progress: &Arc<Progress>) -> Result<Done, Error> {
-    // Before the temporaries are made, so that no signal can leave one behind.
-    let interrupt = Interrupt::watch();
+pub(crate) fn run(
+    settings: &Settings,
+    interrupt: &Interrupt,
+    progress: &Arc<Progress>,
+) -> Result<Done, Error> {
     let tree = Tree::open(&settings.input)?;
     let large_error = detail::large_error(&tree, &settings.detail);
     let (mut pending, mut files) = (Vec::new(), Vec::new());
