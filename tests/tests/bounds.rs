@@ -173,7 +173,6 @@ fn worst_pixels(tree: &Tree, views: usize) -> (f64, f64) {
     let (center, size) = place_of(tree);
     let faces = tree.faces().unwrap_or_else(|e| panic!("{e}"));
     let (width, height, tangent) = (1280.0, 720.0, 0.577_350_269_f64);
-    let aspect = width / height;
     let mut random = Random::new(21);
     let (mut worst, mut off_axis) = (0.0_f64, 0.0_f64);
     for _ in 0..views {
@@ -183,8 +182,7 @@ fn worst_pixels(tree: &Tree, views: usize) -> (f64, f64) {
         let axis = (aim - eye).normalize_or_zero();
         let right = axis.any_orthonormal_vector();
         let up = right.cross(axis);
-        let corner_cos = 1.0 / (1.0 + tangent * tangent * (1.0 + aspect * aspect)).sqrt();
-        let view = Perspective { eye, axis, slope: pixels * 2.0 * tangent / height, corner_cos };
+        let view = Perspective::new(eye, axis, 2.0 * tangent.atan(), [width, height], pixels);
         let mut mesh = Extraction::default();
         extract(tree, &Selection::perspective(view, Order::Bound), &mut mesh)
             .unwrap_or_else(|e| panic!("{e}"));

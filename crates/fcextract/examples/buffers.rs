@@ -5,10 +5,12 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example shows what it has done")]
 
 use fcextract::{
-    Budget, Extraction, Fitter, Mesh, Order, ParallelExtractor, Perspective, Selection, Shown, extract,
+    Budget, Extraction, Fitter, Frustum, Mesh, Order, ParallelExtractor, Perspective, Selection, Shown,
+    extract,
 };
 use fct::Tree;
-use glam::DVec3;
+use glam::dcamera::rh::{proj::directx, view};
+use glam::{DMat4, DVec3};
 use std::error::Error;
 use std::process::ExitCode;
 
@@ -34,22 +36,19 @@ fn run() -> Result<(), Box<dyn Error>> {
     let (mut cut, mut mesh) = (Extraction::default(), Mesh::default());
 
     // A walk around the model, one pixel of error in a picture 1080 pixels high with a field of view of 60 degrees.
-    let (pixels, height, field_of_view) = (1.0, 1080.0, 60_f64.to_radians());
+    let (pixels, picture, field_of_view) = (1.0, [1920.0, 1080.0], 60_f64.to_radians());
+    let projection = directx::perspective_infinite_reverse(field_of_view, 1920.0 / 1080.0, 0.01 * size);
     for frame in 0..8 {
         let angle = f64::from(frame) * std::f64::consts::TAU / 8.0;
         let eye = center + DVec3::new(angle.cos(), 0.3, angle.sin()) * size * 1.5;
-        let view = Perspective {
-            eye,
-            axis: (center - eye).normalize_or_zero(),
-            slope: pixels * 2.0 * (0.5 * field_of_view).tan() / height,
-            // Half the picture's diagonal, 16 by 9, at a distance of 1.
-            corner_cos: 1.0
-                / (1.0 + (0.5 * field_of_view).tan().powi(2) * (1.0 + (16.0_f64 / 9.0).powi(2))).sqrt(),
-        };
+        let camera = Perspective::new(eye, center - eye, field_of_view, picture, pixels);
+        let world_to_eye = view::look_at_mat4(eye, center, DVec3::Y);
         let selection = Selection {
-            // Leaves out clusters that turn their back as a whole. Frusta come from fcgeom::Frustum.
+            // Leaves out clusters that lie outside the picture.
+            frustum: Some(Frustum::from_view_projection(&(projection * world_to_eye))),
+            // Leaves out clusters that turn their back as a whole.
             backface_eye: Some(eye),
-            ..Selection::perspective(view, Order::Bound)
+            ..Selection::perspective(camera, Order::Bound)
         };
         extract(&tree, &selection, &mut cut)?;
         mesh.fill(&tree, &cut, &selection)?;
@@ -62,13 +61,15 @@ fn run() -> Result<(), Box<dyn Error>> {
     mesh.fill(&tree, &cut, &selection)?;
     upload("a thousandth of the size", &mesh);
 
-    // Two copies, one twice as far away, that share ten thousand triangles as they look.
-    let shown = |distance: f64| {
-        let eye = center + DVec3::Z * size * distance;
-        let view = Perspective { eye, axis: DVec3::ZERO, slope: 1.0, corner_cos: 1.0 };
-        Shown { tree: &tree, selection: Selection::perspective(view, Order::Budget) }
+    // Two copies in a world, one of them farther away, that share ten thousand triangles as they look.
+    let eye = center + DVec3::Z * size * 2.0;
+    let camera = Perspective::new(eye, -DVec3::Z, field_of_view, picture, pixels);
+    let world = Selection::perspective(camera, Order::Budget);
+    let shown = |place: DMat4| {
+        Ok::<_, fcextract::Error>(Shown { tree: &tree, selection: world.in_local_space(&place)? })
     };
-    let mut copies = [shown(2.0), shown(4.0)];
+    let away = DMat4::from_translation(DVec3::new(1.0, 0.0, -2.0) * size);
+    let mut copies = [shown(DMat4::IDENTITY)?, shown(away)?];
     let fitted = Fitter::default().fit(&mut copies, Budget::Triangles(10_000))?;
     println!("{} triangles for two copies", fitted.count);
     for Shown { tree, selection } in &copies {

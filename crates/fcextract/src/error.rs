@@ -6,9 +6,10 @@ pub enum Error {
     /// The file is damaged, or does not hold what its header says.
     #[error(transparent)]
     Tree(#[from] fct::Error),
-    /// The selection has a number that is no number, or a direction of no length.
+    /// The selection has a number that it must not have: the text names it, says where it stands and what is allowed. Or it
+    /// is for another tree, or cannot be taken into the space of a model.
     #[error("the selection cannot be used: {0}")]
-    Selection(&'static str),
+    Selection(String),
     /// A cache cannot be had.
     #[error("the file cannot be read in parts: {0}")]
     Memory(String),

@@ -35,6 +35,7 @@ mod epsilon;
 mod error;
 mod extra;
 mod extraction;
+mod local_space;
 mod mesh;
 mod page;
 mod parallel;
@@ -51,6 +52,8 @@ pub use epsilon::by_epsilon;
 pub use error::Error;
 pub use extra::Extra;
 pub use extraction::{Extraction, Stats, extract};
+/// What a selection is culled by, and what that is made of.
+pub use fcgeom::{Containment, Frustum, Plane, Sphere};
 pub use mesh::Mesh;
 pub use parallel::ParallelExtractor;
 pub use part::{Part, Settled};

@@ -109,7 +109,7 @@ impl Mesh {
                 let Some(place) =
                     self.places.get_mut(vertex as usize).filter(|_| (vertex as usize) < vertices)
                 else {
-                    return Err(Error::Selection("it was extracted from another tree"));
+                    return Err(Error::Selection("it was extracted from another tree".to_owned()));
                 };
                 if *place == UNUSED {
                     *place = self.sources.len() as u32;

@@ -47,8 +47,20 @@ impl Region {
         Ok(false)
     }
 
-    pub(crate) fn is_usable(&self) -> bool {
-        self.center.is_finite() && self.radius >= 0.0 && self.radius.is_finite() && self.distance >= 0.0
+    /// Refuses what is no ball or allows no distance; `number` is the region's place in the selection.
+    pub(crate) fn check(&self, number: usize) -> Result<(), Error> {
+        let Region { center, radius, distance } = self;
+        let wrong = |what: String| Err(Error::Selection(format!("its regions[{number}] has a {what}")));
+        if !center.is_finite() {
+            return wrong(format!("center of {center}, which is not finite"));
+        }
+        if !(*radius >= 0.0 && radius.is_finite()) {
+            return wrong(format!("radius of {radius}; it is a finite length of 0 or more"));
+        }
+        if *distance >= 0.0 {
+            return Ok(());
+        }
+        wrong(format!("distance of {distance}; it is a length of 0 or more"))
     }
 }
 

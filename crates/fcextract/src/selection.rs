@@ -93,24 +93,14 @@ impl Selection {
             })
     }
 
+    /// Refuses numbers that no mesh follows from.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let usable = match self.tolerance {
-            Tolerance::Full => true,
-            Tolerance::Uniform { distance } => distance >= 0.0,
-            Tolerance::Perspective(p) => {
-                p.eye.is_finite()
-                    && p.axis.is_finite()
-                    && p.slope >= 0.0
-                    && (-1.0..=1.0).contains(&p.corner_cos)
-            }
-        };
-        if !usable || !self.regions.iter().all(Region::is_usable) {
-            return Err(Error::Selection("its tolerance is negative or not a number"));
+        self.tolerance.check()?;
+        self.regions.iter().enumerate().try_for_each(|(number, region)| region.check(number))?;
+        match self.backface_eye.filter(|eye| !eye.is_finite()) {
+            Some(eye) => Err(Error::Selection(format!("its backface_eye is {eye}, which is not finite"))),
+            None => Ok(()),
         }
-        if self.backface_eye.is_some_and(|e| !e.is_finite()) {
-            return Err(Error::Selection("its eye is not a number"));
-        }
-        Ok(())
     }
 
     /// Whether the tolerance alone decides about all that shows.
@@ -203,5 +193,66 @@ impl Order {
             Order::Bound => vertex.bound(),
             Order::Budget => vertex.budget(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a user reads names the field and shows the number.
+    #[test]
+    fn numbers_that_no_mesh_follows_from_are_named() {
+        let view = Perspective::new(DVec3::ONE, DVec3::Z, 1.0, [16.0, 9.0], 1.0);
+        let seen = |view| Selection::perspective(view, Order::Bound);
+        let region = Region { center: DVec3::ZERO, radius: 1.0, distance: 1.0 };
+        let within = |bad| Selection { regions: vec![region, bad], ..Selection::full() };
+        let fov = |fov: f64| seen(Perspective::new(DVec3::ONE, DVec3::Z, fov, [16.0, 9.0], 1.0));
+        for (selection, said) in [
+            (Selection::uniform(-1.0, Order::Bound), "tolerance is a distance of -1;"),
+            (Selection::uniform(f64::NAN, Order::Bound), "tolerance is a distance of NaN;"),
+            (seen(Perspective { eye: DVec3::NAN, ..view }), "an eye of [NaN, NaN, NaN]"),
+            (seen(Perspective { eye: DVec3::INFINITY, ..view }), "an eye of [inf, inf, inf]"),
+            (seen(Perspective { axis: DVec3::NAN, ..view }), "an axis of [NaN, NaN, NaN]"),
+            (seen(Perspective { axis: 2.0 * DVec3::X, ..view }), "an axis of [2, 0, 0], of length 2;"),
+            (seen(Perspective { axis: 0.9 * DVec3::X, ..view }), "of length 0.9;"),
+            (seen(Perspective::new(DVec3::ONE, DVec3::NAN, 1.0, [1.0; 2], 1.0)), "an axis of [NaN"),
+            (seen(Perspective { slope: -2.0, ..view }), "a slope of -2;"),
+            (seen(Perspective { corner_cos: 2.0, ..view }), "a corner_cos of 2;"),
+            (seen(Perspective { corner_cos: f64::NAN, ..view }), "a corner_cos of NaN;"),
+            (fov(4.0), "a slope of -"),
+            (fov(-1.0), "a slope of -"),
+            (fov(f64::NAN), "a slope of NaN;"),
+            (within(Region { center: DVec3::NAN, ..region }), "regions[1] has a center of [NaN"),
+            (within(Region { radius: -3.0, ..region }), "regions[1] has a radius of -3;"),
+            (within(Region { radius: f64::INFINITY, ..region }), "regions[1] has a radius of inf;"),
+            (within(Region { distance: -0.5, ..region }), "regions[1] has a distance of -0.5;"),
+            (
+                Selection { backface_eye: Some(DVec3::NAN), ..Selection::full() },
+                "backface_eye is [NaN, NaN, NaN]",
+            ),
+        ] {
+            let text = selection.check().expect_err(said).to_string();
+            assert!(text.contains(said), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_a_view_may_be_is_taken() {
+        let view = Perspective::new(DVec3::ONE, 7.0 * DVec3::Z, 1.0, [16.0, 9.0], 1.0);
+        assert_eq!(view.axis, DVec3::Z);
+        let rounded = DVec3::new(0.6, 0.0, 0.8).as_vec3().as_dvec3();
+        assert_ne!(rounded.length(), 1.0);
+        let views = [
+            view,
+            Perspective { axis: DVec3::ZERO, ..view },
+            Perspective { axis: rounded, ..view },
+            Perspective { slope: f64::INFINITY, ..view },
+            Perspective { slope: 0.0, corner_cos: -1.0, ..view },
+        ];
+        for view in views {
+            assert!(Selection::perspective(view, Order::Bound).check().is_ok(), "{view:?}");
+        }
+        assert!(Selection::uniform(f64::INFINITY, Order::Bound).check().is_ok());
     }
 }

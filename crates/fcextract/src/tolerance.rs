@@ -1,5 +1,6 @@
 //! How much error is allowed where.
 
+use crate::Error;
 use glam::DVec3;
 
 /// The error that a selection allows, by place.
@@ -21,15 +22,21 @@ pub enum Tolerance {
 pub struct Perspective {
     /// The eye, in the tree's coordinates.
     pub eye: DVec3,
-    /// Unit direction of the view; zero for all directions alike, which takes a point to be in the image centre.
+    /// Direction of the view, of length 1 but for rounding; zero for all directions alike, which takes a point to be in the
+    /// image centre.
     pub axis: DVec3,
-    /// Allowed error per unit of distance from the eye. For an error of `p` pixels in an image `h` pixels high with
-    /// a vertical field of view `f`, that is `p * 2 tan(f / 2) / h`.
+    /// Allowed error per unit of distance from the eye, 0 or more. For an error of `p` pixels in an image `h` pixels high
+    /// with a vertical field of view `f`, that is `p * 2 tan(f / 2) / h`.
     pub slope: f64,
     /// Cosine of the angle between the axis and the corner of the image. Perspective magnifies what is off the axis,
-    /// by 1 / cos^2 of the angle; beyond the corner nothing is seen and the factor stays.
+    /// by 1 / cos^2 of the angle; beyond the corner nothing is seen and the factor stays. With a vertical field of view `f`
+    /// and a width `a` times the height, that is `1 / sqrt(1 + tan^2(f / 2) (1 + a^2))`.
     pub corner_cos: f64,
 }
+
+/// How far the length of an axis may be off 1: what rotations in single precision leave of it. What is allowed is then up to
+/// twice as far off, which is nothing beside a pixel.
+const AXIS_ROUNDING: f64 = 1e-4;
 
 /// What a view allows around a sphere, but for rounding.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +79,22 @@ impl Tolerance {
         Tolerance::Uniform { distance: pixels * size / height }
     }
 
+    /// As seen by a camera, see [`Perspective::new`].
+    pub fn perspective(eye: DVec3, axis: DVec3, fov: f64, size: [f64; 2], pixels: f64) -> Tolerance {
+        Tolerance::Perspective(Perspective::new(eye, axis, fov, size, pixels))
+    }
+
+    /// Refuses numbers that no tolerance follows from.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        match self {
+            Tolerance::Uniform { distance } if distance.is_nan() || *distance < 0.0 => Err(Error::Selection(
+                format!("its tolerance is a distance of {distance}; it is a length of 0 or more"),
+            )),
+            Tolerance::Full | Tolerance::Uniform { .. } => Ok(()),
+            Tolerance::Perspective(view) => view.check(),
+        }
+    }
+
     /// The tolerance that allows `factor` times as much everywhere: nothing for 0, anything for infinity.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Tolerance {
@@ -100,6 +123,52 @@ impl Tolerance {
 }
 
 impl Perspective {
+    /// A camera's: in its picture no error is longer than `pixels`.
+    ///
+    /// `eye` is where it stands and `axis` where it looks, of any length but zero, both in the tree's coordinates; see
+    /// [`Selection::in_local_space`](crate::Selection::in_local_space) for those of a world with many models. `fov` is the
+    /// vertical field of view in radians, more than 0 and less than pi; `size` is the width and the height of the picture in
+    /// pixels. What comes of other numbers is refused when it is used, as [`Error::Selection`].
+    ///
+    /// ```
+    /// # use fcextract::{Order, Perspective, Selection};
+    /// # use glam::DVec3;
+    /// let (eye, target) = (DVec3::new(0.0, 1.0, 5.0), DVec3::ZERO);
+    /// let view = Perspective::new(eye, target - eye, 60_f64.to_radians(), [1920.0, 1080.0], 1.0);
+    /// let selection = Selection::perspective(view, Order::Bound);
+    /// ```
+    pub fn new(eye: DVec3, axis: DVec3, fov: f64, size: [f64; 2], pixels: f64) -> Perspective {
+        let [width, height] = size;
+        let (aspect, tangent) = (width / height, (0.5 * fov).tan());
+        Perspective {
+            eye,
+            // What has no direction is not made up for.
+            axis: axis.try_normalize().unwrap_or(axis),
+            slope: pixels * (2.0 * tangent / height),
+            corner_cos: 1.0 / (1.0 + tangent * tangent * (1.0 + aspect * aspect)).sqrt(),
+        }
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let Perspective { eye, axis, slope, corner_cos } = self;
+        let wrong = |what: String| Err(Error::Selection(format!("its tolerance has {what}")));
+        if !eye.is_finite() {
+            return wrong(format!("an eye of {eye}, which is not finite"));
+        }
+        let length = axis.length();
+        // Written so that NaN is refused.
+        if !(*axis == DVec3::ZERO || (length - 1.0).abs() <= AXIS_ROUNDING) {
+            return wrong(format!("an axis of {axis}, of length {length}; it is of length 1, or zero"));
+        }
+        if !(*slope >= 0.0) {
+            return wrong(format!("a slope of {slope}; it is a number of 0 or more"));
+        }
+        if (-1.0..=1.0).contains(corner_cos) {
+            return Ok(());
+        }
+        wrong(format!("a corner_cos of {corner_cos}; it is a number from -1 to 1"))
+    }
+
     /// The least error allowed in a sphere, the growth of perspective off the axis counted; zero around the eye.
     pub fn at(&self, center: DVec3, radius: f64) -> f64 {
         let to_center = center - self.eye;
@@ -198,11 +267,10 @@ mod tests {
     #[test]
     fn a_tolerated_displacement_stays_within_the_pixels() {
         let (mut state, half_fov_tan, height, pixels) = (9, 0.577_350_269, 720.0, 1.5);
-        let axis = DVec3::Z;
         let corner = 16.0 / 9.0 * half_fov_tan;
-        let corner_cos = 1.0 / (1.0_f64 + corner * corner + half_fov_tan * half_fov_tan).sqrt();
-        let view =
-            Perspective { eye: DVec3::ZERO, axis, slope: pixels * 2.0 * half_fov_tan / height, corner_cos };
+        let size = [16.0 / 9.0 * height, height];
+        let fov = 2.0 * f64::atan(half_fov_tan);
+        let view = Perspective::new(DVec3::ZERO, 3.0 * DVec3::Z, fov, size, pixels);
         let project = |p: DVec3| p.truncate() / p.z * height / (2.0 * half_fov_tan);
         let mut signed = || random(&mut state) * 2.0 - 1.0;
         let mut tightest = 0.0_f64;

@@ -51,14 +51,7 @@ fn selection(view: usize, center: DVec3, size: f64) -> Selection {
     let to_eye = glam::dcamera::rh::view::look_at_mat4(eye, center, DVec3::Y);
     let projection =
         glam::dcamera::rh::proj::directx::perspective(2.0 * HALF_FIELD, ASPECT, size * 1e-3, size * 20.0);
-    let tan = HALF_FIELD.tan();
-    let corner = tan * (1.0 + ASPECT * ASPECT).sqrt();
-    let perspective = Perspective {
-        eye,
-        axis,
-        slope: PIXELS * 2.0 * tan / HEIGHT,
-        corner_cos: 1.0 / (1.0 + corner * corner).sqrt(),
-    };
+    let perspective = Perspective::new(eye, axis, 2.0 * HALF_FIELD, [ASPECT * HEIGHT, HEIGHT], PIXELS);
     Selection {
         frustum: Some(Frustum::from_view_projection(&(projection * to_eye))),
         backface_eye: Some(eye),

@@ -32,13 +32,7 @@ impl View {
 
     /// What allows so many pixels.
     pub(crate) fn tolerance(&self, pixels: f64) -> Perspective {
-        let corner = HALF_FIELD * HALF_FIELD * (1.0 + ASPECT * ASPECT);
-        Perspective {
-            eye: self.eye,
-            axis: self.axis,
-            slope: pixels * 2.0 * HALF_FIELD / HEIGHT,
-            corner_cos: 1.0 / (1.0 + corner).sqrt(),
-        }
+        Perspective::new(self.eye, self.axis, 2.0 * HALF_FIELD.atan(), [ASPECT * HEIGHT, HEIGHT], pixels)
     }
 
     /// How many pixels a length takes at a place at most, the growth of perspective off the axis counted.
