@@ -95,7 +95,7 @@ fn parts_that_are_read_alone_have_the_size_that_was_asked_for() {
         accept(at, "fct verify out.fct");
         let report: serde_json::Value =
             serde_json::from_str(&fs::read_to_string(at.join("r.json")).unwrap()).unwrap();
-        let file = fct::ChunkFile::open(&at.join("out.fct")).unwrap();
+        let file = fct::ChunkFile::open(at.join("out.fct")).unwrap();
         let told = file.meta().generator.contains("--chunk-faces");
         assert_eq!(told, !flags.is_empty(), "{}", file.meta().generator);
         (file.crown().chunk_count(), report["settings"]["chunk_faces"].as_u64(), file.header().file_len)

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
 fn run() -> Result<(), Box<dyn Error>> {
     let path = std::env::args_os().nth(1).ok_or("give the path of a .fct file, as fcbuild makes it")?;
     // Opening maps the file: what no view shows is never read.
-    let tree = Tree::open(path.as_ref())?;
+    let tree = Tree::open(&path)?;
     let [low, high] = [tree.meta().bounds_min, tree.meta().bounds_max].map(|b| DVec3::from(b.map(f64::from)));
     let (center, size) = (low.midpoint(high), low.distance(high));
 

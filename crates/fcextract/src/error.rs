@@ -2,6 +2,7 @@
 
 /// Why no mesh was extracted.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// The file is damaged, or does not hold what its header says.
     #[error(transparent)]

@@ -10,7 +10,7 @@
 //! ```no_run
 //! use fcextract::{Extraction, Order, Selection, Tolerance, extract};
 //!
-//! let tree = fct::Tree::open("dragon.fct".as_ref())?;
+//! let tree = fct::Tree::open("dragon.fct")?;
 //! let mut mesh = Extraction::default();
 //! extract(&tree, &Selection::uniform(0.5, Order::Bound), &mut mesh)?;
 //! for triangle in mesh.indices.chunks_exact(3) {

@@ -41,8 +41,8 @@ impl Tree {
     ///
     /// # Errors
     /// [`Error::Io`] and [`Error::NotAFile`] when the file cannot be mapped, [`Error::Invalid`] when a rule is broken.
-    pub fn open(path: &Path) -> Result<Self, Error> {
-        Self::open_as(path, path)
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::open_as(path.as_ref(), path.as_ref())
     }
 
     /// Opens the file at `path`; errors speak of `shown`.

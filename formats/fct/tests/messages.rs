@@ -52,7 +52,7 @@ fn what_is_no_file_is_an_error_of_the_system() {
     let folder = tempfile::tempdir().unwrap();
     let directory = Tree::open(folder.path()).unwrap_err();
     assert_eq!((directory.code(), directory.exit_code()), ("FC473", 4));
-    let missing = Tree::open(&folder.path().join("none.fct")).unwrap_err();
+    let missing = Tree::open(folder.path().join("none.fct")).unwrap_err();
     assert_eq!((missing.code(), missing.exit_code()), ("FC471", 4));
     assert!(missing.to_string().contains("none.fct"), "{missing}");
 }
@@ -60,7 +60,7 @@ fn what_is_no_file_is_an_error_of_the_system() {
 #[cfg(unix)]
 #[test]
 fn a_device_is_refused_without_reading_it() {
-    let error = Tree::open("/dev/zero".as_ref()).unwrap_err();
+    let error = Tree::open("/dev/zero").unwrap_err();
     assert_eq!(error.exit_code(), 4);
 }
 

@@ -101,7 +101,8 @@ impl ChunkFile {
     /// # Errors
     /// As [`crate::Tree::open`]; [`Rule::SectionRequired`] is broken when the file cannot be read in parts, being
     /// of a version before 1.3.
-    pub fn open(path: &Path) -> Result<Self, Error> {
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
         // Asked by name first, since opening a pipe would wait for a writer.
         let kind = fs::metadata(path).map_err(Error::io(path, "cannot open"))?;
         if !kind.is_file() {
