@@ -1,12 +1,13 @@
 //! Promise: extracting takes no memory from the system once the buffers have grown, and any thread may do it.
 
+use fcbuild::SplitMode;
 use fcextract::{
-    Batch, Budget, Extraction, Fitter, Mesh, Order, ParallelExtractor, Part, Perspective, Region, Selection,
-    Shown, Tolerance, extract,
+    Batch, Budget, ChunkCache, Extraction, Fitter, Mesh, Order, ParallelExtractor, Part, Perspective, Region,
+    Selection, Shown, Streamed, Tolerance, extract,
 };
 use fct::Tree;
 use fctests::random::Random;
-use fctests::{meshes, trees};
+use fctests::{meshes, parts, trees};
 use glam::DVec3;
 
 /// Views from a path that jumps.
@@ -55,6 +56,36 @@ fn views_cost_no_allocation_once_the_buffers_have_grown() {
     // Clusters with holes, and with corners that occur twice.
     check("tangle", &trees::tree_of(meshes::tangle(400, 300, 1)));
     check("pieces", &trees::tree_of(meshes::pieces(9)));
+}
+
+/// A still camera before a file in parts, all of which that it needs are there.
+#[test]
+fn a_still_view_of_a_file_in_parts_costs_no_allocation() {
+    let bytes = trees::bytes_in_chunks(trees::read(&trees::data("sculpture.ply")), SplitMode::Quality, 700);
+    let tree = Tree::from_bytes(bytes.clone()).unwrap_or_else(|e| panic!("{e}"));
+    let file = parts::open(bytes).unwrap_or_else(|e| panic!("{e}"));
+    let cache = ChunkCache::new(file, 1 << 30).unwrap_or_else(|e| panic!("{e}"));
+    let (mut streamed, mut mesh) = (Streamed::default(), Mesh::default());
+    let (mut entered, mut close) = (0, 0);
+    for (view, selection) in views(&tree, 12).iter().enumerate() {
+        cache.extract_now(selection, &mut streamed).unwrap_or_else(|e| panic!("{e}"));
+        let mut frame = || {
+            cache.begin_frame();
+            cache.extract(selection, &mut streamed).unwrap_or_else(|e| panic!("{e}"));
+            mesh.fill_streamed(cache.file().crown(), &streamed, selection).unwrap_or_else(|e| panic!("{e}"));
+            cache.settle();
+        };
+        // What is close is read, and the buffers grow.
+        for _ in 0..3 {
+            frame();
+        }
+        let again = allocation_counter::measure(&mut frame);
+        assert_eq!(again.count_total, 0, "view {view}: {again:?}");
+        assert!(streamed.missing.is_empty());
+        entered += streamed.entered.len();
+        close += streamed.close.len();
+    }
+    assert!(entered > 100 && close > 20, "{entered} pieces entered, {close} close");
 }
 
 /// What the caller's thread takes; the others need no more for many instances than for few.

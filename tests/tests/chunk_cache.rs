@@ -98,6 +98,30 @@ fn a_cache_stays_within_its_budget_and_its_meshes_closed() {
     assert!(cache.errors().is_empty());
 }
 
+/// What is asked for ahead is there when it is drawn, without a frame of its own.
+#[test]
+fn a_view_that_was_asked_for_ahead_misses_nothing() {
+    let model = sculpture();
+    let view = walk(&model.tree, 0.3, 3e-3);
+    let mut out = Streamed::default();
+    let (_, cold) = cache_of(model.bytes.clone(), all_bytes);
+    cold.extract(&view, &mut out).unwrap_or_else(|e| panic!("{e}"));
+    assert!(!out.missing.is_empty());
+    let (_, cache) = cache_of(model.bytes.clone(), all_bytes);
+    cache.prefetch(&view).unwrap_or_else(|e| panic!("{e}"));
+    cache.settle();
+    let there = cache.stats();
+    cache.begin_frame();
+    cache.extract(&view, &mut out).unwrap_or_else(|e| panic!("{e}"));
+    assert!(out.missing.is_empty(), "{:?}", out.missing);
+    let entered: Vec<Piece> = out.entered.iter().map(|wish| wish.piece).collect();
+    assert!(!entered.is_empty() && entered.iter().all(|piece| cache.resident().contains(piece)));
+    cache.settle();
+    assert_eq!(cache.stats(), there, "an extraction asks for nothing more");
+    let bad = Selection::uniform(-1.0, Order::Bound);
+    assert!(matches!(cache.prefetch(&bad), Err(fcextract::Error::Selection(_))));
+}
+
 /// Against a list of when each was used last: of those that a frame does not use, the oldest go.
 #[test]
 fn pieces_go_that_were_used_longest_ago() {

@@ -1,7 +1,7 @@
 //! An extraction as buffers of its own, for a GPU or a file.
 
-use crate::{Error, Extraction, Selection};
-use fct::Tree;
+use crate::{Error, Extraction, Selection, Streamed};
+use fct::{Crown, NormalRecord, Tree, VertexRecord};
 use glam::DVec3;
 
 /// The vertices that an extraction uses, each once, with their attributes; reuse it to keep its memory.
@@ -19,7 +19,7 @@ pub struct Mesh {
     pub colors: Vec<[u8; 4]>,
     /// Indices into the vertices, three a triangle, counter-clockwise.
     pub indices: Vec<u32>,
-    /// The index that each vertex has in the tree.
+    /// The index that each vertex has in the tree; that of one of its copies, if it has such.
     pub sources: Vec<u32>,
     /// How far the farthest vertex is drawn beside its place.
     pub longest_step: f64,
@@ -28,8 +28,19 @@ pub struct Mesh {
     /// Where the vertices lie without a step, and whether they stay there.
     unmoved: Vec<[f32; 3]>,
     stays: Vec<bool>,
-    /// Of each vertex of the tree, its place here; [`UNUSED`] between two fillings.
+    /// Of each vertex of what is filled from, its place here; [`UNUSED`] between two fillings.
     places: Vec<u32>,
+    /// Of streamed vertices: what they are called, copies alike, in order; and which ones stand for them.
+    names: Vec<(u32, u32)>,
+    first: Vec<u32>,
+}
+
+/// What a mesh is filled from.
+struct Drawn<'a> {
+    indices: &'a [u32],
+    vertices: &'a [VertexRecord],
+    normals: Option<&'a [NormalRecord]>,
+    colors: Option<&'a [[u8; 4]]>,
 }
 
 /// Cosine of the angle by which steps may turn a triangle: at 60 degrees one vertex in twenty-five stays on a smooth scan
@@ -48,14 +59,74 @@ impl Mesh {
     /// # Errors
     /// [`Error::Selection`] when the extraction comes from another tree, one with more vertices.
     pub fn fill(&mut self, tree: &Tree, cut: &Extraction, selection: &Selection) -> Result<(), Error> {
-        let stored = tree.vertices();
+        let drawn = Drawn {
+            indices: &cut.indices,
+            vertices: tree.vertices(),
+            normals: tree.normals(),
+            colors: tree.colors(),
+        };
+        self.fill_from(&drawn, selection, |vertex| tree.original(vertex))
+    }
+
+    /// The same for a mesh that was extracted with `selection` from the pieces in memory; `crown` is that of its file, as
+    /// `cache.file().crown()` of a [`ChunkCache`](crate::ChunkCache).
+    ///
+    /// Vertices on the borders of pages are one too; of copies along a seam one that is there gives normal and colour. Memory
+    /// follows the mesh, not the file.
+    ///
+    /// # Errors
+    /// [`Error::Selection`] when indices and vertices do not belong together.
+    pub fn fill_streamed(
+        &mut self,
+        crown: &Crown,
+        streamed: &Streamed,
+        selection: &Selection,
+    ) -> Result<(), Error> {
+        let name = |id: u32| crown.twins(id).fold(id, u32::min);
+        let mut names = std::mem::take(&mut self.names);
+        names.clear();
+        names.extend(streamed.ids.iter().zip(0..).map(|(id, number)| (name(*id), number)));
+        names.sort_unstable();
+        let mut first = std::mem::take(&mut self.first);
+        first.clear();
+        first.resize(names.len(), UNUSED);
+        for alike in names.chunk_by(|a, b| a.0 == b.0) {
+            for (_, number) in alike {
+                if let (Some(first), Some((_, stands))) = (first.get_mut(*number as usize), alike.first()) {
+                    *first = *stands;
+                }
+            }
+        }
+        let drawn = Drawn {
+            indices: &streamed.indices,
+            vertices: &streamed.vertices,
+            normals: Some(&*streamed.normals).filter(|normals| !normals.is_empty()),
+            colors: Some(&*streamed.colors).filter(|colors| !colors.is_empty()),
+        };
+        let filled =
+            self.fill_from(&drawn, selection, |number| first.get(number as usize).copied().unwrap_or(UNUSED));
+        for source in &mut self.sources {
+            *source = streamed.ids.get(*source as usize).map_or(UNUSED, |id| name(*id));
+        }
+        (self.names, self.first) = (names, first);
+        filled
+    }
+
+    /// `original` says which one of several copies stands for a vertex.
+    fn fill_from(
+        &mut self,
+        drawn: &Drawn<'_>,
+        selection: &Selection,
+        original: impl Fn(u32) -> u32,
+    ) -> Result<(), Error> {
+        let stored = drawn.vertices;
         if self.places.len() < stored.len() {
             self.places.resize(stored.len(), UNUSED);
         }
         self.indices.clear();
         self.sources.clear();
         self.collapsed = 0;
-        let renumbered = self.renumber(tree, &cut.indices);
+        let renumbered = self.renumber(drawn, original);
         for &vertex in &self.sources {
             if let Some(place) = self.places.get_mut(vertex as usize) {
                 *place = UNUSED;
@@ -75,12 +146,12 @@ impl Mesh {
             self.longest_step = self.steps().map(|(_, step)| step).fold(0.0, f64::max);
         }
         self.normals.clear();
-        if let Some(all) = tree.normals() {
+        if let Some(all) = drawn.normals {
             let of = |v: &u32| all.get(*v as usize).map_or([0.0, 0.0, 1.0], |normal| normal.decode());
             self.normals.extend(self.sources.iter().map(of));
         }
         self.colors.clear();
-        if let Some(all) = tree.colors() {
+        if let Some(all) = drawn.colors {
             let of = |v: &u32| all.get(*v as usize).copied().unwrap_or([u8::MAX; 4]);
             self.colors.extend(self.sources.iter().map(of));
         }
@@ -96,10 +167,10 @@ impl Mesh {
     }
 
     /// Gives each vertex its place in order of first use.
-    fn renumber(&mut self, tree: &Tree, indices: &[u32]) -> Result<(), Error> {
-        let vertices = tree.vertices().len();
-        for corners in indices.as_chunks::<3>().0 {
-            let corners = corners.map(|v| tree.original(v));
+    fn renumber(&mut self, drawn: &Drawn<'_>, original: impl Fn(u32) -> u32) -> Result<(), Error> {
+        let vertices = drawn.vertices.len();
+        for corners in drawn.indices.as_chunks::<3>().0 {
+            let corners = corners.map(&original);
             let [a, b, c] = corners;
             if a == b || b == c || c == a {
                 self.collapsed += 1;

@@ -160,7 +160,7 @@ impl Perspective {
         if !(*axis == DVec3::ZERO || (length - 1.0).abs() <= AXIS_ROUNDING) {
             return wrong(format!("an axis of {axis}, of length {length}; it is of length 1, or zero"));
         }
-        if !(*slope >= 0.0) {
+        if slope.is_nan() || *slope < 0.0 {
             return wrong(format!("a slope of {slope}; it is a number of 0 or more"));
         }
         if (-1.0..=1.0).contains(corner_cos) {

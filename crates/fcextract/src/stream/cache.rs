@@ -5,28 +5,34 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
+use super::draw::walk_chunks;
 use super::loader::Outcome;
 use super::loader::{Shared, by_urgency};
 use super::slots::Slots;
-use super::{Piece, Resident, Streamed, Wish, extract_chunks};
+use super::{Piece, Resident, Streamed, Wish};
 use crate::{Error, Selection};
 use fct::{Chunk, ChunkFile, ChunkPage};
 
 /// The crown of a file, and the tops of chunks and pages that were used last, within a budget of bytes.
 ///
 /// ```no_run
-/// use fcextract::{ChunkCache, Order, Selection, Streamed};
+/// use fcextract::{ChunkCache, Mesh, Order, Selection, Streamed};
 ///
-/// let cache = ChunkCache::open("city.fct".as_ref(), 256 << 20)?;
-/// let mut mesh = Streamed::default();
+/// let cache = ChunkCache::open("city.fct", 256 << 20)?;
+/// let (mut streamed, mut mesh) = (Streamed::default(), Mesh::default());
 /// for distance in [0.5, 0.4, 0.3] {
+///     let selection = Selection::uniform(distance, Order::Bound);
 ///     cache.begin_frame();
 ///     // Never waits for the disk: what is missing is drawn coarser and read in the background.
-///     cache.extract(&Selection::uniform(distance, Order::Bound), &mut mesh)?;
-///     println!("{} triangles, {} pieces missing", mesh.stats.triangles, mesh.missing.len());
+///     cache.extract(&selection, &mut streamed)?;
+///     println!("{} triangles, {} pieces missing", streamed.stats.triangles, streamed.missing.len());
+///     // Buffers for a GPU.
+///     mesh.fill_streamed(cache.file().crown(), &streamed, &selection)?;
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// The example `streaming` of this crate does so for a camera.
 ///
 /// It can be shared by threads. A chunk or page that cannot be read or is damaged is drawn as its root from then on, and
 /// its error is kept, see [`ChunkCache::errors`].
@@ -63,7 +69,7 @@ impl ChunkCache {
     /// # Errors
     /// [`Error::Tree`] when the file cannot be read or has no chunks, [`Error::Memory`] when the crown and the top of
     /// one chunk do not fit into the budget, or no thread is to be had.
-    pub fn open(path: &Path, budget: u64) -> Result<ChunkCache, Error> {
+    pub fn open(path: impl AsRef<Path>, budget: u64) -> Result<ChunkCache, Error> {
         ChunkCache::new(ChunkFile::open(path)?, budget)
     }
 
@@ -99,11 +105,29 @@ impl ChunkCache {
 
     /// Extracts what the pieces in memory allow, and asks for the others. Never waits for the disk.
     ///
+    /// Where nothing is asked for, as for a view that rests once all is there, it takes no memory from the system as long as
+    /// `out` has grown. What asks for pieces makes lists of them.
+    ///
     /// # Errors
-    /// As [`extract_chunks`].
+    /// As [`extract_chunks`](super::extract_chunks).
     pub fn extract(&self, selection: &Selection, out: &mut Streamed) -> Result<(), Error> {
+        self.ask(selection, true, out)
+    }
+
+    /// Asks for what a selection would go into, such as that of the view that comes next, and draws nothing.
+    ///
+    /// It belongs to the frame, as [`ChunkCache::extract`] does: what is there counts as used in it, and of what is missing
+    /// the most urgent is read first, whoever asks for it.
+    ///
+    /// # Errors
+    /// [`Error::Selection`] when the selection cannot be used.
+    pub fn prefetch(&self, selection: &Selection) -> Result<(), Error> {
+        self.ask(selection, false, &mut Streamed::default())
+    }
+
+    fn ask(&self, selection: &Selection, draws: bool, out: &mut Streamed) -> Result<(), Error> {
         let frame = self.frame.load(Ordering::Relaxed);
-        self.draw(selection, frame, out)?;
+        self.draw(selection, frame, draws, out)?;
         let wishes: Vec<Wish> = {
             let slots = self.shared.slots();
             let wanted = out.missing.iter().chain(&out.close);
@@ -119,11 +143,11 @@ impl ChunkCache {
     /// can only be what does not fit into the budget, or could not be read.
     ///
     /// # Errors
-    /// As [`extract_chunks`].
+    /// As [`extract_chunks`](super::extract_chunks).
     pub fn extract_now(&self, selection: &Selection, out: &mut Streamed) -> Result<(), Error> {
         let frame = self.frame.load(Ordering::Relaxed);
         loop {
-            self.draw(selection, frame, out)?;
+            self.draw(selection, frame, true, out)?;
             out.missing.sort_unstable_by(|a, b| by_urgency(b, a));
             // What the loader is reading is waited for; it is either there afterwards, or broken.
             self.shared.forget_wishes();
@@ -177,10 +201,10 @@ impl ChunkCache {
         }
     }
 
-    fn draw(&self, selection: &Selection, frame: u64, out: &mut Streamed) -> Result<(), Error> {
+    fn draw(&self, selection: &Selection, frame: u64, draws: bool, out: &mut Streamed) -> Result<(), Error> {
         {
             let slots = self.shared.slots();
-            extract_chunks(self.shared.file.crown(), &There(&slots), selection, out)?;
+            walk_chunks(self.shared.file.crown(), &There(&slots), selection, draws, out)?;
             // What is close counts as in use, but goes for what is entered: it would be read again at once.
             for wish in out.entered.iter().chain(&out.close) {
                 slots.touch(wish.piece, frame, wish.urgency);

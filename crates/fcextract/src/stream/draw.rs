@@ -1,7 +1,7 @@
 //! The walk over crown, chunks and pages, and the mesh it leaves behind.
 
-use super::found::{Index, Vertices};
-use super::plan::{Piece, Step, Wish, pages_within, steps};
+use super::found::{Index, Vertices, emptied};
+use super::plan::{Piece, Plan, Step, Wish};
 use super::ready::Ready;
 use crate::extra::Extra;
 use crate::extraction::Source;
@@ -9,15 +9,20 @@ use crate::part::{Part, Settled, Sight};
 use crate::stitch::Stitcher;
 use crate::{Error, Extraction, Selection, Stats};
 use fct::{
-    Child, ChildRef, Chunk, ChunkPage, Crown, CrownChild, Loops, NormalRecord, Patch, Subtree, VertexRecord,
+    Child, ChildRef, Chunk, ChunkPage, Crown, CrownChild, Loops, Node, NormalRecord, Patch, Subtree,
+    VertexRecord,
 };
 
-/// A mesh with vertices of its own; reuse it to keep its memory.
+/// A mesh with vertices of its own; reuse it to keep its memory. Once that has grown, extracting takes no more.
+///
+/// [`Mesh::fill_streamed`](crate::Mesh::fill_streamed) makes buffers for a GPU of it.
 #[derive(Debug, Default)]
+#[non_exhaustive]
 pub struct Streamed {
     /// Indices into [`Streamed::vertices`], three a triangle, counter-clockwise.
     pub indices: Vec<u32>,
-    /// The records of the vertices. One on the border of pages may be there once for each, with equal ids.
+    /// The records of the vertices. One on the border of pages may be there once for each, with equal ids. Where to draw
+    /// them, [`Selection::position`] says.
     pub vertices: Vec<VertexRecord>,
     /// How the whole tree names the vertices.
     pub ids: Vec<u32>,
@@ -61,6 +66,15 @@ struct Scratch {
     stitcher: Stitcher,
     patch: Patch,
     loops: Loops,
+    plan: Plan,
+    /// Nodes of the crown that are to be looked at.
+    stack: Vec<(u32, Subtree, Settled)>,
+    /// Empty between two extractions: the memory of what a walk enters and draws.
+    chunks: Vec<&'static Chunk>,
+    pages: Vec<&'static ChunkPage>,
+    drawn: Vec<Drawn<'static>>,
+    /// The same, made ready.
+    ready: Vec<(Subtree, Option<Node>)>,
     /// What is drawn of a page, by the page's numbers.
     below: Extraction,
     /// Triangles by the numbers of the patch.
@@ -86,6 +100,17 @@ pub fn extract_chunks<'a>(
     selection: &Selection,
     out: &mut Streamed,
 ) -> Result<(), Error> {
+    walk_chunks(crown, there, selection, true, out)
+}
+
+/// The same, or, if nothing is to be drawn, only what it enters, misses and comes close to.
+pub(super) fn walk_chunks<'a>(
+    crown: &Crown,
+    there: &dyn Resident<'a>,
+    selection: &Selection,
+    draws: bool,
+    out: &mut Streamed,
+) -> Result<(), Error> {
     selection.check()?;
     out.clear();
     let plain;
@@ -95,8 +120,16 @@ pub fn extract_chunks<'a>(
         plain = Selection { extra: Extra::default(), ..selection.clone() };
         &plain
     };
-    let walk = Walk { crown, selection, there, vertices: Vertices::new(crown), drawn: Vec::new() };
-    walk.run(out)
+    let Scratch { chunks, pages, drawn, .. } = &mut out.scratch;
+    let (chunks, pages, drawn) =
+        (emptied(std::mem::take(chunks)), emptied(std::mem::take(pages)), emptied(std::mem::take(drawn)));
+    let vertices = Vertices { crown, chunks, pages };
+    let mut walk = Walk { crown, selection, there, draws, vertices, drawn };
+    let done = walk.run(out);
+    out.scratch.chunks = emptied(walk.vertices.chunks);
+    out.scratch.pages = emptied(walk.vertices.pages);
+    out.scratch.drawn = emptied(walk.drawn);
+    done
 }
 
 /// One extraction.
@@ -104,27 +137,29 @@ struct Walk<'a, 'b> {
     crown: &'b Crown,
     selection: &'b Selection,
     there: &'b dyn Resident<'a>,
+    draws: bool,
     vertices: Vertices<'a, 'b>,
     /// What is drawn as one polygon outside the pages that are entered.
     drawn: Vec<Drawn<'a>>,
 }
 
 /// A node to be drawn as one polygon, or a single face.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 enum Drawn<'a> {
     Crown(u32),
     Top(&'a Chunk, Subtree),
 }
 
 impl<'a> Walk<'a, '_> {
-    fn run(mut self, out: &mut Streamed) -> Result<(), Error> {
+    fn run(&mut self, out: &mut Streamed) -> Result<(), Error> {
         let mut whole = Subtree::default();
         whole.face_end = self.crown.face_count();
         if whole.face_end > 1 {
             whole.child = ChildRef::node(0);
         }
-        let mut stack = vec![(0, whole, self.selection.settled())];
-        while let Some((node, subtree, settled)) = stack.pop() {
+        out.scratch.stack.clear();
+        out.scratch.stack.push((0, whole, self.selection.settled()));
+        while let Some((node, subtree, settled)) = out.scratch.stack.pop() {
             let Some(record) = self.crown.node(node) else { continue };
             if subtree.face_count() == 1 {
                 self.drawn.push(Drawn::Crown(node));
@@ -139,6 +174,7 @@ impl<'a> Walk<'a, '_> {
                 (Some(CrownChild::Nodes([left, right])), Some(settled)) => {
                     let Some(split) = self.crown.first_face(right) else { continue };
                     let [left_faces, right_faces] = halves(&subtree, split);
+                    let stack = &mut out.scratch.stack;
                     stack.push((right, right_faces, settled));
                     stack.push((left, left_faces, settled));
                     continue;
@@ -156,9 +192,9 @@ impl<'a> Walk<'a, '_> {
                         (None, Some(_)) => out.missing.push(wish),
                         (found, None) if wish.is_close() => {
                             out.close.push(wish);
-                            // What is damaged is found when it is drawn.
-                            let pages = found.map(|chunk| pages_within(chunk, self.selection, &wish));
-                            out.close.extend(pages.into_iter().flatten());
+                            if let Some(chunk) = found {
+                                out.scratch.plan.add_pages(chunk, self.selection, &wish, &mut out.close);
+                            }
                         }
                         (_, None) => {}
                     }
@@ -167,7 +203,9 @@ impl<'a> Walk<'a, '_> {
             }
             self.drawn.push(Drawn::Crown(node));
         }
-        self.draw_nodes(out)?;
+        if self.draws {
+            self.draw_nodes(out)?;
+        }
         out.stats.triangles = out.indices.len() as u64 / 3;
         Ok(())
     }
@@ -181,18 +219,16 @@ impl<'a> Walk<'a, '_> {
         out: &mut Streamed,
     ) -> Result<bool, Error> {
         let mut stats = Stats::default();
-        let steps = match steps(chunk, self.selection, settled, &wish, &mut stats) {
-            Ok(steps) => steps,
-            Err(error) => {
-                out.damaged.push(Damaged { piece: wish.piece, error: Error::Tree(error) });
-                return Ok(false);
-            }
-        };
+        let mut plan = std::mem::take(&mut out.scratch.plan);
+        if let Err(error) = plan.make(chunk, self.selection, settled, &wish, &mut stats) {
+            out.damaged.push(Damaged { piece: wish.piece, error: Error::Tree(error) });
+            return Ok(false);
+        }
         out.stats.add(&stats);
         out.entered.push(wish);
-        self.vertices.enter_chunk(chunk);
-        for step in steps {
-            match step {
+        self.vertices.chunks.push(chunk);
+        for step in &plan.steps {
+            match *step {
                 Step::Draw(subtree) => self.drawn.push(Drawn::Top(chunk, subtree)),
                 Step::Ahead(wish) => out.close.push(wish),
                 Step::Enter(subtree, settled, wish) => {
@@ -202,6 +238,7 @@ impl<'a> Walk<'a, '_> {
                 }
             }
         }
+        out.scratch.plan = plan;
         Ok(true)
     }
 
@@ -218,6 +255,10 @@ impl<'a> Walk<'a, '_> {
             out.missing.push(wish);
             return Ok(false);
         };
+        if !self.draws {
+            out.entered.push(wish);
+            return Ok(true);
+        }
         let reader = page.reader();
         let below = &mut out.scratch.below;
         below.clear();
@@ -251,19 +292,20 @@ impl<'a> Walk<'a, '_> {
             out.indices.push(*number);
         }
         out.entered.push(wish);
-        self.vertices.enter_page(page);
+        self.vertices.pages.push(page);
         Ok(true)
     }
 
     /// Draws what is outside the pages that are entered: nodes that are in the cut, or stand for what is missing.
     fn draw_nodes(&self, out: &mut Streamed) -> Result<(), Error> {
-        let Scratch { stitcher, patch, triangles, numbers, loops, index, .. } = &mut out.scratch;
+        let Scratch { stitcher, patch, triangles, numbers, loops, index, ready: drawn, .. } =
+            &mut out.scratch;
         patch.clear();
         triangles.clear();
         self.vertices.index(index);
         let find = |id: u32| self.vertices.find_twin(index, id);
         let record = |id: u32| self.vertices.record(find(id)?);
-        let mut drawn = Vec::with_capacity(self.drawn.len());
+        drawn.clear();
         for item in &self.drawn {
             // Sections were checked when they were read, but for loops; what those leave out is not drawn.
             let ready = match item {
@@ -275,7 +317,7 @@ impl<'a> Walk<'a, '_> {
             drawn.extend(patch.push(ready.top, loops, ready.corner, record).map(|place| (place, ready.node)));
         }
         let reader = patch.reader();
-        for (subtree, node) in &drawn {
+        for (subtree, node) in &*drawn {
             out.stats.clusters += 1;
             let Some(node) = node else {
                 reader.read_loops(subtree, loops)?;

@@ -7,10 +7,17 @@ use fct::{Chunk, ChunkPage, Crown, NormalRecord, VertexRecord};
 /// The vertices of the crown and of the chunks and pages that are entered.
 #[derive(Debug)]
 pub(super) struct Vertices<'a, 'b> {
-    crown: &'b Crown,
-    chunks: Vec<&'a Chunk>,
+    pub(super) crown: &'b Crown,
+    pub(super) chunks: Vec<&'a Chunk>,
     /// In the order of the tree.
-    pages: Vec<&'a ChunkPage>,
+    pub(super) pages: Vec<&'a ChunkPage>,
+}
+
+/// The memory of a list, for a list of the like: of references that live for another time.
+///
+/// Collecting keeps the memory where both are of one size; `tests/tests/allocations.rs` notices if it does not.
+pub(super) fn emptied<A, B>(list: Vec<A>) -> Vec<B> {
+    list.into_iter().filter_map(|_| None).collect()
 }
 
 /// Where the record of a vertex is.
@@ -63,19 +70,6 @@ impl Seen {
 }
 
 impl<'a, 'b> Vertices<'a, 'b> {
-    pub(super) fn new(crown: &'b Crown) -> Self {
-        Vertices { crown, chunks: Vec::new(), pages: Vec::new() }
-    }
-
-    pub(super) fn enter_chunk(&mut self, chunk: &'a Chunk) {
-        self.chunks.push(chunk);
-    }
-
-    /// Pages come in the order of the tree.
-    pub(super) fn enter_page(&mut self, page: &'a ChunkPage) {
-        self.pages.push(page);
-    }
-
     /// Finds out where the vertices are, all at once.
     pub(super) fn index(&self, out: &mut Index) {
         let places = &mut out.places;

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::thread::JoinHandle;
 
-use super::plan::pages_within;
+use super::plan::Plan;
 use super::slots::{Key, Loaded, Order, Slots};
 use super::{Piece, Wish};
 use crate::Selection;
@@ -191,6 +191,7 @@ impl Shared {
     }
 
     fn run(&self) {
+        let (mut plan, mut pages) = (Plan::default(), Vec::new());
         loop {
             let mut queue = self.queue();
             let (Queued { wish, selection }, frame) = loop {
@@ -204,19 +205,19 @@ impl Shared {
                 queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
             };
             drop(queue);
+            pages.clear();
             // What the frame before used may be drawn again in this one, which is not over.
             let outcome = self.load(&wish, frame, frame.saturating_sub(1));
-            let pages = match (wish.piece, selection, outcome) {
-                (Piece::Chunk(chunk), Some(selection), Outcome::Tried) => {
-                    let chunk = self.slots().chunk(chunk).cloned();
-                    chunk.map(|chunk| pages_within(&chunk, &selection, &wish)).unwrap_or_default()
+            if let (Piece::Chunk(chunk), Some(selection), Outcome::Tried) = (wish.piece, selection, outcome) {
+                let chunk = self.slots().chunk(chunk).cloned();
+                if let Some(chunk) = chunk {
+                    plan.add_pages(&chunk, &selection, &wish, &mut pages);
                 }
-                _ => Vec::new(),
-            };
+            }
             let mut queue = self.queue();
             queue.busy = false;
             if queue.frame == frame && !pages.is_empty() {
-                queue.wishes.extend(pages.into_iter().map(|wish| Queued { wish, selection: None }));
+                queue.wishes.extend(pages.drain(..).map(|wish| Queued { wish, selection: None }));
                 queue.sort();
             }
             // There is no room for what is less urgent either.

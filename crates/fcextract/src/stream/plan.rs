@@ -25,6 +25,7 @@ pub struct Wish {
 }
 
 /// What a walk through the top of a chunk comes to.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
     /// A node that is drawn as one polygon, or a face.
     Draw(Subtree),
@@ -34,94 +35,130 @@ pub(super) enum Step {
     Enter(Subtree, Settled, Wish),
 }
 
-/// What is to be done about a chunk whose root is refined.
-pub(super) fn steps(
-    chunk: &Chunk,
-    selection: &Selection,
-    settled: Settled,
-    wish: &Wish,
-    stats: &mut Stats,
-) -> Result<Vec<Step>, fct::Error> {
-    let root = chunk.root();
-    if let Some(page) = chunk.page(&root) {
-        return Ok(vec![Step::Enter(root, settled, Wish { piece: Piece::Page(page), ..*wish })]);
-    }
-    let mut steps = Vec::new();
-    let [left, right] = chunk.children(&root)?;
-    let mut stack = vec![(right, settled), (left, settled)];
-    while let Some((subtree, settled)) = stack.pop() {
-        if subtree.face_count() == 1 {
-            steps.push(Step::Draw(subtree));
-            continue;
+/// Walks through the tops of chunks; reuse it to keep its memory.
+#[derive(Debug, Default)]
+pub(super) struct Plan {
+    /// What [`Plan::make`] has found.
+    pub(super) steps: Vec<Step>,
+    stack: Vec<(Subtree, Settled)>,
+    ahead: Ahead,
+}
+
+/// Looks for pages that may be needed soon.
+#[derive(Debug, Default)]
+struct Ahead {
+    stack: Vec<(Subtree, Settled)>,
+}
+
+impl Plan {
+    /// Finds what is to be done about a chunk whose root is refined.
+    pub(super) fn make(
+        &mut self,
+        chunk: &Chunk,
+        selection: &Selection,
+        settled: Settled,
+        wish: &Wish,
+        stats: &mut Stats,
+    ) -> Result<(), fct::Error> {
+        let Plan { steps, stack, ahead } = self;
+        steps.clear();
+        let root = chunk.root();
+        if let Some(page) = chunk.page(&root) {
+            steps.push(Step::Enter(root, settled, Wish { piece: Piece::Page(page), ..*wish }));
+            return Ok(());
         }
-        let node = chunk.node(&subtree)?;
-        match (selection.sight(&subtree, &node, settled, stats), chunk.page(&subtree)) {
-            (Sight::Culled, _) => {}
-            (Sight::Drawn, _) => {
+        let [left, right] = chunk.children(&root)?;
+        stack.clear();
+        stack.extend([(right, settled), (left, settled)]);
+        while let Some((subtree, settled)) = stack.pop() {
+            if subtree.face_count() == 1 {
                 steps.push(Step::Draw(subtree));
-                let close = close_pages(chunk, selection, subtree, settled)?;
-                steps.extend(close.into_iter().map(Step::Ahead));
+                continue;
             }
-            (Sight::Refined { settled }, Some(page)) => {
-                let wish = Wish::below(&node, Piece::Page(page), selection, true);
-                steps.push(Step::Enter(subtree, settled, wish));
+            let node = chunk.node(&subtree)?;
+            match (selection.sight(&subtree, &node, settled, stats), chunk.page(&subtree)) {
+                (Sight::Culled, _) => {}
+                (Sight::Drawn, _) => {
+                    steps.push(Step::Draw(subtree));
+                    ahead.look(chunk, selection, subtree, settled, |page| steps.push(Step::Ahead(page)))?;
+                }
+                (Sight::Refined { settled }, Some(page)) => {
+                    let wish = Wish::below(&node, Piece::Page(page), selection, true);
+                    steps.push(Step::Enter(subtree, settled, wish));
+                }
+                (Sight::Refined { settled }, None) => {
+                    let [left, right] = chunk.children(&subtree)?;
+                    stack.push((right, settled));
+                    stack.push((left, settled));
+                }
             }
-            (Sight::Refined { settled }, None) => {
+        }
+        Ok(())
+    }
+
+    /// Adds the pages of a chunk that a selection goes into, or would with half the tolerance; `wish` is that for the
+    /// chunk. None of a damaged one: that is found when it is drawn.
+    pub(super) fn add_pages(
+        &mut self,
+        chunk: &Chunk,
+        selection: &Selection,
+        wish: &Wish,
+        pages: &mut Vec<Wish>,
+    ) {
+        let (settled, before) = (selection.settled(), pages.len());
+        if wish.urgency < 1.0 {
+            let looked = self.ahead.look(chunk, selection, chunk.root(), settled, |page| pages.push(page));
+            if looked.is_err() {
+                pages.truncate(before);
+            }
+            return;
+        }
+        if self.make(chunk, selection, settled, wish, &mut Stats::default()).is_err() {
+            return;
+        }
+        pages.extend(self.steps.iter().filter_map(|step| match step {
+            Step::Enter(_, _, wish) | Step::Ahead(wish) => Some(*wish),
+            Step::Draw(_) => None,
+        }));
+    }
+}
+
+impl Ahead {
+    /// Shows the pages of a subtree, which a selection does not go into, that one of half the tolerance would go into.
+    fn look(
+        &mut self,
+        chunk: &Chunk,
+        selection: &Selection,
+        subtree: Subtree,
+        settled: Settled,
+        mut show: impl FnMut(Wish),
+    ) -> Result<(), fct::Error> {
+        let mut stats = Stats::default();
+        self.stack.clear();
+        self.stack.push((subtree, settled));
+        while let Some((subtree, settled)) = self.stack.pop() {
+            if subtree.face_count() == 1 {
+                continue;
+            }
+            let node = chunk.node(&subtree)?;
+            let Some(settled) = selection.shows(&node, subtree.face_count(), settled, &mut stats) else {
+                continue;
+            };
+            let page = chunk.page(&subtree);
+            let wish = Wish::below(&node, Piece::Page(page.unwrap_or_default()), selection, false);
+            if !wish.is_close() {
+                continue;
+            }
+            if page.is_some() {
+                show(wish);
+            } else {
                 let [left, right] = chunk.children(&subtree)?;
-                stack.push((right, settled));
-                stack.push((left, settled));
+                self.stack.push((right, settled));
+                self.stack.push((left, settled));
             }
         }
+        Ok(())
     }
-    Ok(steps)
-}
-
-/// The pages of a subtree, which a selection does not go into, that one of half the tolerance would go into.
-fn close_pages(
-    chunk: &Chunk,
-    selection: &Selection,
-    subtree: Subtree,
-    settled: Settled,
-) -> Result<Vec<Wish>, fct::Error> {
-    let (mut pages, mut stats) = (Vec::new(), Stats::default());
-    let mut stack = vec![(subtree, settled)];
-    while let Some((subtree, settled)) = stack.pop() {
-        if subtree.face_count() == 1 {
-            continue;
-        }
-        let node = chunk.node(&subtree)?;
-        let Some(settled) = selection.shows(&node, subtree.face_count(), settled, &mut stats) else {
-            continue;
-        };
-        let page = chunk.page(&subtree);
-        let wish = Wish::below(&node, Piece::Page(page.unwrap_or_default()), selection, false);
-        if !wish.is_close() {
-            continue;
-        }
-        if page.is_some() {
-            pages.push(wish);
-        } else {
-            let [left, right] = chunk.children(&subtree)?;
-            stack.push((right, settled));
-            stack.push((left, settled));
-        }
-    }
-    Ok(pages)
-}
-
-/// The pages of a chunk that a selection goes into, or would with half the tolerance; `wish` is that for the chunk.
-pub(super) fn pages_within(chunk: &Chunk, selection: &Selection, wish: &Wish) -> Vec<Wish> {
-    let settled = selection.settled();
-    // What is damaged is found when it is drawn.
-    if wish.urgency < 1.0 {
-        return close_pages(chunk, selection, chunk.root(), settled).unwrap_or_default();
-    }
-    let steps = steps(chunk, selection, settled, wish, &mut Stats::default());
-    let page = |step| match step {
-        Step::Enter(_, _, wish) | Step::Ahead(wish) => Some(wish),
-        Step::Draw(_) => None,
-    };
-    steps.unwrap_or_default().into_iter().filter_map(page).collect()
 }
 
 impl Wish {

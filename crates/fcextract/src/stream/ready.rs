@@ -27,6 +27,8 @@ impl Ready {
         chunk.read_loops(subtree, loops)?;
         let corner = chunk.corner(subtree)?;
         let stored = *chunk.vertices().get(chunk.find(corner)?)?;
-        Some(Ready { top: chunk.record(subtree)?, corner: (corner, stored), node: chunk.node(subtree).ok() })
+        // Errors are texts, which take memory: a face is not asked about.
+        let node = if subtree.face_count() > 1 { chunk.node(subtree).ok() } else { None };
+        Some(Ready { top: chunk.record(subtree)?, corner: (corner, stored), node })
     }
 }
