@@ -1,6 +1,7 @@
 //! The camera: where it is, what it sees, and its matrices.
 
 use crate::Error;
+use fcextract::Perspective;
 use glam::{DMat4, DVec3};
 
 /// A perspective camera in the scene's coordinates (right-handed).
@@ -75,7 +76,7 @@ impl Camera {
         }
         let [width, height] = size.map(|pixels| f64::from(pixels.max(1)));
         let aspect = width / height;
-        let tangent = (0.5 * self.fov).tan();
+        let picture = Perspective::new(self.eye, forward, self.fov, [width, height], 1.0);
         let up = right.cross(forward);
         let rotation = DMat4::from_cols(
             glam::DVec4::new(right.x, up.x, -forward.x, 0.0),
@@ -92,8 +93,8 @@ impl Camera {
             forward,
             clip_from_eye: projection * rotation,
             near,
-            pixel: 2.0 * tangent / height,
-            corner_cos: 1.0 / (1.0 + tangent * tangent * (1.0 + aspect * aspect)).sqrt(),
+            pixel: picture.slope,
+            corner_cos: picture.corner_cos,
         })
     }
 }

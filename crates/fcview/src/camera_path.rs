@@ -27,6 +27,7 @@ const MOST: f64 = 1e100;
 
 /// A camera at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(expecting = "an object with `seconds`, `eye`, `forward`, `up` and `fov`")]
 pub struct PathKey {
     /// When, seconds from any start.
     pub seconds: f64,
@@ -42,6 +43,7 @@ pub struct PathKey {
 
 /// The file.
 #[derive(Serialize, Deserialize)]
+#[serde(expecting = "an object with `version` and `keys`")]
 struct PathFile {
     version: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -171,6 +173,9 @@ impl CameraPath {
         file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
         if bytes.len() as u64 > MOST_BYTES {
             return Err(refused(format!("it has more than {MOST_BYTES} bytes")));
+        }
+        if bytes.trim_ascii_start().starts_with(b"[") {
+            return Err(refused("it is a list, and a path is an object, whose `keys` are a list".to_owned()));
         }
         let file: PathFile = serde_json::from_slice(&bytes).map_err(|error| refused(error.to_string()))?;
         if file.version != VERSION {
@@ -402,7 +407,10 @@ mod tests {
         let one = |key: &str| format!(r#"{{"version":1,"keys":[{key}]}}"#);
         for (text, part) in [
             (String::new(), "EOF"),
-            ("[]".to_owned(), "invalid"),
+            ("[]".to_owned(), "it is a list, and a path is an object"),
+            (format!(" [{good}]"), "`Paths of the camera` in docs/viewer.md"),
+            ("7".to_owned(), "expected an object with `version` and `keys`"),
+            (one("7"), "expected an object with `seconds`, `eye`"),
             (r#"{"keys":[]}"#.to_owned(), "version"),
             (one(good).replace(":1", ":2"), "version is 2"),
             (one(""), "no keys"),

@@ -145,7 +145,8 @@ pub enum Error {
         reason: &'static str,
     },
     /// A recorded path of the camera is none.
-    #[error("{}: no path of a camera: {reason}; record one in the window with the key R", path.display())]
+    #[error("{}: no path of a camera: {reason}; record one in the window with the key R, or see `Paths of the \
+         camera` in docs/viewer.md", path.display())]
     CameraPath {
         /// The file.
         path: PathBuf,
@@ -313,13 +314,13 @@ impl Error {
             | Error::Unsuitable { .. }
             | Error::NoDevice { .. }
             | Error::DeviceLost { .. }
-            | Error::DeviceMemory { .. }
             | Error::Device { .. }
             | Error::Timeout { .. }
             | Error::NoWindow { .. } => 6,
             Error::PictureSize { .. }
             | Error::BufferSize { .. }
             | Error::GpuMemory { .. }
+            | Error::DeviceMemory { .. }
             | Error::NoThread { .. } => 5,
             Error::Camera { .. } | Error::SameFile { .. } | Error::Output { .. } => 2,
             Error::Bug => 1,
@@ -337,10 +338,8 @@ impl Error {
                 error.exit_code()
             }
             Error::Extract { source: fcextract::Error::Selection(_), .. } => 2,
-            Error::Extract {
-                source: fcextract::Error::TooManyTriangles | fcextract::Error::Memory(_),
-                ..
-            } => 5,
+            // Too many triangles, or too little memory.
+            Error::Extract { .. } => 5,
         }
     }
 
@@ -362,11 +361,8 @@ impl Error {
             Error::NoThread { .. } => "FC507",
             Error::PictureSize { .. } => "FC521",
             Error::BufferSize { .. } => "FC522",
-            Error::Extract {
-                source: fcextract::Error::TooManyTriangles | fcextract::Error::Memory(_),
-                ..
-            } => "FC523",
             Error::GpuMemory { .. } => "FC524",
+            Error::DeviceMemory { .. } => "FC525",
             Error::NoAdapter { .. } => "FC601",
             Error::NoSuchAdapter { .. } => "FC602",
             Error::Unsuitable { .. } => "FC603",
@@ -376,10 +372,10 @@ impl Error {
             Error::Timeout { .. } => "FC607",
             Error::NoWindow { .. } => "FC608",
             Error::NoAdapterOnBackend { .. } => "FC609",
-            Error::DeviceMemory { .. } => "FC610",
             Error::Bug => "FC901",
             Error::Interrupted { .. } => "FC902",
             Error::Fct(error) | Error::Extract { source: fcextract::Error::Tree(error), .. } => error.code(),
+            Error::Extract { .. } => "FC523",
         }
     }
 }

@@ -189,8 +189,9 @@ impl Way {
 }
 
 /// What to tell a user whose machine has only a software adapter.
-pub fn software_warning(adapter: &str) -> String {
-    format!("no graphics card; {adapter} draws on the CPU, slowly")
+pub fn software_warning(adapter: &AdapterStats) -> String {
+    let AdapterStats { name, backend, .. } = adapter;
+    format!("no graphics card; {name} draws on the CPU by {backend}, slowly")
 }
 
 /// What to tell a user whose models show their far side alone, because their faces look inwards.

@@ -68,7 +68,7 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
         warn(text);
     }
     if outcome.software {
-        warn(&headless::software_warning(&outcome.stats.adapter.name));
+        warn(&headless::software_warning(&outcome.stats.adapter));
     }
     if let Some(text) = headless::memory_warning(&outcome.stats) {
         warn(&text);

@@ -478,7 +478,7 @@ fn a_run_survives_three_losses_of_the_device_and_ends_at_the_fourth() {
     // Without memory a frame is drawn once more.
     assert!(run("less.png --exhaust-memory 1").status.success());
     assert!(bytes("whole.png") == bytes("less.png"), "the picture has changed");
-    refused(&run("none.png --exhaust-memory 2"), 6, &["error[FC610]", "--pixels"]);
+    refused(&run("none.png --exhaust-memory 2"), 5, &["error[FC525]", "--pixels"]);
 }
 
 #[test]

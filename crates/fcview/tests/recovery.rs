@@ -85,7 +85,7 @@ fn without_memory_a_frame_is_drawn_again_from_nothing_and_then_given_up() {
             Ok((_, image)) => assert!(drawn && image.rgba.iter().any(|byte| *byte > 128)),
             Err(error) => {
                 assert!(!drawn && matches!(error, Error::DeviceMemory { .. }), "{error}");
-                assert_eq!(error.exit_code(), 6);
+                assert_eq!((error.code(), error.exit_code()), ("FC525", 5));
             }
         }
     }

@@ -302,8 +302,8 @@ fn without_memory_the_window_draws_more_coarsely_until_that_does_not_help() {
     quit(viewer);
     let mut child = display.spawn(folder.path(), "torus.fct --size 900x600 --exhaust-memory 1000", &[]);
     let (status, said) = end(&mut child);
-    assert_eq!(status.code(), Some(6), "{said}");
-    assert!(said.contains("error[FC610]"), "{said}");
+    assert_eq!(status.code(), Some(5), "{said}");
+    assert!(said.contains("error[FC525]"), "{said}");
 }
 
 #[test]

@@ -111,7 +111,7 @@ impl<'a> App<'a> {
         if screen.renderer.gpu().is_software()
             && let Some(warn) = self.warn.take()
         {
-            warn(&software_warning(&info.name));
+            warn(&software_warning(&info.clone().into()));
         }
         self.panel.adapter = format!("{} ({:?})", info.name, info.backend);
         screen.window.request_redraw();
