@@ -197,3 +197,90 @@ fn coordinates_that_are_too_large_are_told_in_words() {
         &["FC292", "doubles.ply", "scale it down"],
     );
 }
+
+/// Double precision that a tree cannot hold is told, and not what it holds.
+#[test]
+fn positions_that_are_rounded_by_much_are_told() {
+    let folder = folder();
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).expect("writable");
+    // Scales are powers of two, so that the numbers have all their digits at each.
+    let grid = |name: &str, scale: f64, stray: bool| {
+        let row = |i: u32| f64::from(i) / 29.0;
+        let mut vertices: Vec<[f64; 3]> = (0..900)
+            .map(|i| {
+                [4_500_000.0 + row(i % 30), 560_000.0 + row(i / 30), 300.0 + f64::from(i * i % 7) / 70.0]
+            })
+            .collect();
+        let square = |i: u32| [[i, i + 1, i + 31], [i, i + 31, i + 30]];
+        let mut faces: Vec<[u32; 3]> = (0..870).filter(|i| i % 30 < 29).flat_map(square).collect();
+        if stray {
+            vertices.extend([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+            faces.push([900, 901, 902]);
+        }
+        let text = |v: &[f64; 3]| v.map(|x| (x * scale).to_string()).join(" ");
+        if name.ends_with(".obj") {
+            let vertices = vertices.iter().map(|v| format!("v {}\n", text(v)));
+            let faces = faces.iter().map(|f| format!("f {}\n", f.map(|v| (v + 1).to_string()).join(" ")));
+            return write(name, vertices.chain(faces).collect());
+        }
+        let vertices: Vec<String> = vertices.iter().map(text).collect();
+        let faces: Vec<String> =
+            faces.iter().map(|f| format!("3 {}", f.map(|v| v.to_string()).join(" "))).collect();
+        let words = |lines: &[String]| lines.iter().map(String::as_str).collect::<Vec<_>>().join("\n");
+        let ply = ply(&[&words(&vertices)], &[&words(&faces)]);
+        let counted = [("vertex 1", vertices.len()), ("face 1", faces.len())];
+        let ply = counted.iter().fold(ply, |ply, (what, n)| {
+            ply.replace(&format!("element {what}\n"), &format!("element {}{n}\n", &what[..what.len() - 1]))
+        });
+        write(name, ply.replace("float", if name.starts_with("float") { "float" } else { "double" }));
+    };
+    let told = |line: &str| {
+        let said = accept(folder.path(), &format!("fcbuild {line} -o x.fct --force --message-format json"));
+        let lines =
+            said.err.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect("JSON"));
+        lines.filter(|l| l["code"] == "FC298").collect::<Vec<_>>()
+    };
+
+    grid("alone.ply", 1.0, false);
+    grid("alone.obj", 1.0, false);
+    for file in ["alone.ply", "alone.obj"] {
+        accept(folder.path(), &format!("fcbuild {file} -o {file}.fct --strict"));
+    }
+    // In single precision nothing is lost that a file had.
+    grid("float.ply", 1.0, true);
+    assert!(told("float.ply").is_empty());
+
+    grid("stray.ply", 1.0, true);
+    grid("stray.obj", 1.0, true);
+    grid("small.ply", 1.0 / 65_536.0, true);
+    grid("large.ply", 65_536.0, true);
+    write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_owned());
+    for line in ["stray.ply", "stray.obj", "small.ply", "large.ply", "alone.ply one.obj"] {
+        let lines = told(line);
+        assert!(lines.len() == 1 && lines[0]["name"] == "rounded_positions", "{line}: {lines:?}");
+        assert_eq!(lines[0]["count"], 1682, "{line}: {lines:?}");
+        let message = lines[0]["message"].as_str().expect("text");
+        assert!(
+            message.contains("two corners fall together") && message.contains("files of their own"),
+            "{message}"
+        );
+    }
+    let message = told("stray.ply")[0]["message"].to_string();
+    assert!(message.contains("by up to 0.12") && message.contains("are about 0.0"), "{message}");
+    refuse(
+        folder.path(),
+        "fcbuild stray.ply -o y.fct --strict",
+        3,
+        &["FC213", "rounded_positions (FC298, 1,682)"],
+    );
+
+    // Nothing is left at all.
+    let dots = ["4500000 0 0", "4500000.0000001 0 0", "4500000 0.0000001 0", "0 0 0", "1e-7 0 0", "0 1e-7 0"];
+    write("dots.ply", ply(&dots, &["3 0 1 2", "3 3 4 5"]).replace("float", "double"));
+    let said = run(folder.path(), "fcbuild dots.ply -o z.fct");
+    assert!(
+        said.exit == 3 && said.err.contains("FC290") && said.err.contains("files of their own"),
+        "{}",
+        said.err
+    );
+}

@@ -31,6 +31,7 @@
 //! | FC295 | 0 | warning: more groups than a file names |
 //! | FC296 | 0 | warning: a merged tree was too deep and was split from the top |
 //! | FC297 | 0 | warning: groups of which no face is left |
+//! | FC298 | 0 | warning: faces are small beside the rounding to single precision |
 //! | FC300 to FC325 | 0 | warnings of the readers (command) |
 //! | FC331 to FC335 | 0 | faces dropped, by reason (command) |
 //! | FC341 to FC343 | 0 | warnings: what a tree has no place for (command) |

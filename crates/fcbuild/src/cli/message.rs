@@ -16,6 +16,7 @@
 //! | FC295 | 0 | warning: more groups than a file names |
 //! | FC296 | 0 | warning: a merged tree was too deep and was split from the top |
 //! | FC297 | 0 | warning: groups of which no face is left |
+//! | FC298 | 0 | warning: faces are small beside the rounding to single precision |
 //! | FC300 | 0 | warning without a code of its own |
 //! | FC301 | 0 | warning: bytes after the end of the content |
 //! | FC302 | 0 | warning: vertices that no face uses |
@@ -104,6 +105,7 @@ fn warning_code(given: &'static str) -> (&'static str, &'static str) {
         "FC295" => return ("FC295", "nameless_groups"),
         "FC296" => return ("FC296", "split_instead"),
         "FC297" => return ("FC297", "lost_groups"),
+        "FC298" => return ("FC298", "rounded_positions"),
         "seam_edges" => "FC294",
         "trailing_bytes" => "FC301",
         "unused_vertices" => "FC302",

@@ -4,6 +4,9 @@ use std::ops::Range;
 
 use super::number::narrow;
 use super::tally::Tally;
+use crate::mesh::Weld;
+use crate::mesh::rounding::Rounding;
+use glam::DVec3;
 
 /// Vertex positions in the precision that the file stores.
 ///
@@ -36,8 +39,9 @@ impl Positions {
     /// Stores numbers that were read from text in `f32`, unless that would lose detail.
     ///
     /// Rounding may move a coordinate by at most 2^-20 of the model's largest extent, a millimetre in a
-    /// kilometre; coordinates far from the origin, as in maps, stay in `f64`.
-    pub(super) fn narrow_if_harmless(points: Vec<[f64; 3]>) -> Self {
+    /// kilometre, and not by much beside the faces, whose corners are given; coordinates far from the origin, as in
+    /// maps, stay in `f64`.
+    pub(super) fn narrow_if_harmless(points: Vec<[f64; 3]>, faces: impl Iterator<Item = [usize; 3]>) -> Self {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
         let mut moved = 0.0f64;
@@ -49,7 +53,17 @@ impl Positions {
             }
         }
         let extent = low.iter().zip(&high).map(|(l, h)| h - l).fold(0.0, f64::max);
-        if moved <= extent / 1_048_576.0 || moved == 0.0 {
+        let is_fine = || {
+            let mut rounding = Rounding::default();
+            for corners in faces.map(|face| face.map(|v| points.get(v).copied())) {
+                if let [Some(a), Some(b), Some(c)] = corners {
+                    let exact = [a, b, c].map(DVec3::from);
+                    rounding.add(exact, exact.map(|p| p.as_vec3().as_dvec3()), Weld::Exact);
+                }
+            }
+            !rounding.matters()
+        };
+        if moved == 0.0 || moved <= extent / 1_048_576.0 && is_fine() {
             Self::F32(points.iter().map(|p| p.map(narrow)).collect())
         } else {
             Self::F64(points)

@@ -6,6 +6,7 @@ mod dual_graph;
 mod fans;
 mod group_names;
 mod orientation;
+pub(crate) mod rounding;
 mod shares;
 pub(crate) mod units;
 mod weld;
@@ -59,15 +60,23 @@ impl Mesh {
     /// Bad input when no face is left.
     pub fn from_soup(soup: Soup, weld: Weld) -> Result<Mesh, Error> {
         let Soup { positions, triangles, normals, colors, groups, mut tally } = soup;
-        let (units, mut stored, mut positions) = Units::normalise(positions, &triangles)?;
+        let (units, mut stored, mut positions, rounding) = Units::normalise(positions, &triangles, weld)?;
+        if let Some((faces, message)) = rounding.told() {
+            tally.warn("FC298", faces, message);
+        }
         let representative = weld::weld(&stored, weld);
         let kept = weld::keep_faces(&triangles, &representative, &mut tally);
         if kept.is_empty() {
             return Err(Error::bad_input(
                 "FC290",
-                "no face is left after repair: all were degenerate, with a corner twice",
+                if rounding.collapsed > 0 {
+                    "no face is left after repair: single precision cannot tell the corners of faces apart"
+                } else {
+                    "no face is left after repair: all were degenerate, with a corner twice"
+                },
             )
             .remedy(match weld {
+                _ if rounding.collapsed > 0 => rounding::REMEDY,
                 Weld::Within(_) => "a welding distance larger than the model does that; try --weld exact",
                 Weld::Exact | Weld::Off => "export the mesh again, and see that its corners are apart",
             }));

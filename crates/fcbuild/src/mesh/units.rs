@@ -1,5 +1,7 @@
 //! The unit of length that the builder works in.
 
+use super::Weld;
+use super::rounding::Rounding;
 use crate::error::Error;
 use crate::import::Positions;
 use glam::{DVec3, Vec3};
@@ -20,17 +22,19 @@ pub struct Units {
 }
 
 impl Units {
-    /// The positions as a file stores them (moved to an origin if they were in double precision), and in normal units.
+    /// The positions as a file stores them (moved to an origin if they were in double precision), and in normal units;
+    /// how far that rounds them, which single precision never is.
     ///
     /// What no triangle uses and is not finite becomes zero. A coordinate 2^126 times smaller than the box loses digits
     /// in normal units; that is why the stored ones are kept beside them.
     ///
     /// # Errors
     /// Bad input when single precision cannot hold the model: it is too large, or so small that digits are lost.
-    pub fn normalise(
+    pub(crate) fn normalise(
         positions: Positions,
         triangles: &[[u32; 3]],
-    ) -> Result<(Units, Vec<Vec3>, Vec<Vec3>), Error> {
+        weld: Weld,
+    ) -> Result<(Units, Vec<Vec3>, Vec<Vec3>, Rounding), Error> {
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let around = |(low, high): (DVec3, DVec3), v: &u32| match positions.get(*v as usize) {
             // Adding zero turns minus zero into zero, so that the order of equals does not matter.
@@ -64,12 +68,19 @@ impl Units {
         let exponent = binary_exponent(size);
         let units = Units { length: power_of_two(exponent), inverse: power_of_two(-exponent), origin };
         let finite = |p: Vec3| if p.is_finite() { p } else { Vec3::ZERO };
+        let mut rounding = Rounding::default();
         let stored: Vec<Vec3> = match positions {
             Positions::F32(v) => v.into_iter().map(|p| finite(p.into())).collect(),
-            Positions::F64(v) => v.into_iter().map(|p| finite((DVec3::from(p) - origin).as_vec3())).collect(),
+            Positions::F64(v) => {
+                let stored: Vec<Vec3> =
+                    v.iter().map(|p| finite((DVec3::from(*p) - origin).as_vec3())).collect();
+                let exact = |i: u32| DVec3::from(v[i as usize]);
+                rounding = Rounding::of(triangles, weld, exact, |i| origin + stored[i as usize].as_dvec3());
+                stored
+            }
         };
         let normal = stored.par_iter().map(|p| units.normal(*p)).collect();
-        Ok((units, stored, normal))
+        Ok((units, stored, normal, rounding))
     }
 
     /// A stored position in normal units.
@@ -129,7 +140,8 @@ mod tests {
         for far in [1e9, 1e15, -3e12] {
             let places: Vec<[f64; 3]> = (0..4).map(|i| [far + 0.125 * f64::from(i), far, 0.0]).collect();
             let triangles = [[0, 1, 2], [1, 2, 3]];
-            let (units, stored, _) = Units::normalise(Positions::F64(places.clone()), &triangles).unwrap();
+            let (units, stored, ..) =
+                Units::normalise(Positions::F64(places.clone()), &triangles, Weld::Exact).unwrap();
             for (place, position) in places.iter().zip(stored) {
                 assert_eq!(units.origin + position.as_dvec3(), DVec3::from(*place));
             }
@@ -151,7 +163,8 @@ mod tests {
     fn single_precision_is_stored_as_it_is() {
         let points =
             vec![[1.0e-3_f32, -7.25, 3.0e5], [0.1, 0.2, 0.3], [f32::NAN, 0.0, 0.0], [5.0, 6.0, -2.0e5]];
-        let (units, stored, normal) = Units::normalise(Positions::F32(points.clone()), &[[0, 1, 3]]).unwrap();
+        let (units, stored, normal, _) =
+            Units::normalise(Positions::F32(points.clone()), &[[0, 1, 3]], Weld::Exact).unwrap();
         for ((p, s), n) in points.iter().zip(&stored).zip(&normal).filter(|((p, _), _)| p[0].is_finite()) {
             assert_eq!(*s, Vec3::from(*p));
             assert_eq!((n.as_dvec3() * units.length()).as_vec3(), *s);
@@ -165,7 +178,8 @@ mod tests {
             [500_000.002, 4_000_000.0, 0.0],
             [500_010.0, 4_000_010.0, 1.0],
         ];
-        let (units, stored, _) = Units::normalise(Positions::F64(points.clone()), &[[0, 1, 2]]).unwrap();
+        let (units, stored, ..) =
+            Units::normalise(Positions::F64(points.clone()), &[[0, 1, 2]], Weld::Exact).unwrap();
         for (p, s) in points.iter().zip(&stored) {
             let back = s.as_dvec3() + units.origin;
             assert!((back - DVec3::from(*p)).length() < 1e-5, "{back}");
@@ -176,11 +190,11 @@ mod tests {
     fn what_single_precision_cannot_hold_is_refused() {
         let wide = |x: f64| Positions::F64(vec![[0.0; 3], [x, 0.0, 0.0], [0.0, x, 0.0]]);
         for x in [1e308, 1e300, 7e38, 1e-31, 1e-40] {
-            let error = Units::normalise(wide(x), &[[0, 1, 2]]).unwrap_err();
+            let error = Units::normalise(wide(x), &[[0, 1, 2]], Weld::Exact).unwrap_err();
             assert_eq!(error.code(), "FC292", "{x:e}");
         }
         for x in [6e38, 1.0, 1e-29] {
-            assert!(Units::normalise(wide(x), &[[0, 1, 2]]).is_ok(), "{x:e}");
+            assert!(Units::normalise(wide(x), &[[0, 1, 2]], Weld::Exact).is_ok(), "{x:e}");
         }
     }
 }

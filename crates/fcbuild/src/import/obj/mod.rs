@@ -43,7 +43,9 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Soup, Error> {
 }
 
 fn assemble(mesh: tobj::Mesh, findings: &Findings, stem: &str, max_faces: u64) -> Result<Soup, Error> {
-    let positions = Positions::narrow_if_harmless(mesh.positions.as_chunks::<3>().0.to_vec());
+    let points = mesh.positions.as_chunks::<3>().0.to_vec();
+    let corners = polygons(&mesh).flat_map(|polygon| polygon.array_windows::<3>());
+    let positions = Positions::narrow_if_harmless(points, corners.map(|three| three.map(|v| v as usize)));
     let mut mixed = 0;
     let normals = findings.with_normals.then(|| average_normals(&mesh, positions.len(), &mut mixed));
     let colors = findings.colored.then(|| mesh.vertex_color.as_chunks::<3>().0.iter().map(color).collect());
@@ -53,30 +55,37 @@ fn assemble(mesh: tobj::Mesh, findings: &Findings, stem: &str, max_faces: u64) -
     warn(&mut faces.tally, findings, unused);
     faces.tally.warn("mixed_normals", mixed, MIXED_NORMALS);
 
-    // Where the parser met triangles only, it gives no numbers of corners.
-    let all_triangles = mesh.face_arities.is_empty();
-    let polygons = if all_triangles { mesh.indices.len() / 3 } else { mesh.face_arities.len() };
     let mut runs = Vec::new();
     let mut begins = findings.parts.begins().peekable();
     let mut part = None;
     let mut start = 0usize;
-    let mut rest = mesh.indices.as_slice();
-    for polygon in 0..polygons {
-        while let Some((next, _)) = begins.next_if(|(_, first)| *first <= polygon as u64) {
+    for (polygon, corners) in (0_u64..).zip(polygons(&mesh)) {
+        while let Some((next, _)) = begins.next_if(|(_, first)| *first <= polygon) {
             runs.push((part, start..faces.triangles.len()));
             start = faces.triangles.len();
             part = Some(next);
         }
-        let corners =
-            if all_triangles { 3 } else { mesh.face_arities.get(polygon).map_or(0, |&n| n as usize) };
-        let Some((corners, after)) = rest.split_at_checked(corners) else { break };
-        rest = after;
         faces.polygon(&vertices, corners)?;
     }
     runs.push((part, start..faces.triangles.len()));
     let (triangles, tally) = faces.finish(&vertices)?;
     let (groups, triangles) = findings.parts.gather(runs, triangles, stem);
     Ok(Soup { positions, triangles, normals, colors, groups, tally })
+}
+
+/// The corners of each polygon.
+fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
+    // Where the parser met triangles only, it gives no numbers of corners.
+    let all_triangles = mesh.face_arities.is_empty();
+    let count = if all_triangles { mesh.indices.len() / 3 } else { mesh.face_arities.len() };
+    let mut rest = mesh.indices.as_slice();
+    (0..count).map_while(move |polygon| {
+        let corners =
+            if all_triangles { 3 } else { mesh.face_arities.get(polygon).map_or(0, |&n| n as usize) };
+        let (corners, after) = rest.split_at_checked(corners)?;
+        rest = after;
+        Some(corners)
+    })
 }
 
 /// One normal per vertex: the mean direction over the corners, zero where there is none. `mixed` becomes the number of

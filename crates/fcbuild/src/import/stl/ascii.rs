@@ -36,7 +36,8 @@ pub(in super::super) fn read(source: &mut Source<'_>) -> Result<Soup, Error> {
     }
     let (points, solids) = parsed?;
 
-    let positions = Positions::narrow_if_harmless(points);
+    let facets = (0..points.len()).step_by(3).map(|i| [0, 1, 2].map(|k: usize| i.saturating_add(k)));
+    let positions = Positions::narrow_if_harmless(points, facets);
     let vertices = Vertices::new(&positions);
     let mut faces = Faces::new(max_faces);
     let mut groups: Vec<Group> = Vec::new();
