@@ -158,6 +158,23 @@ fn help_and_version_go_to_standard_output() {
     assert!(accept(here, "fct --version").out.starts_with("fct "));
 }
 
+/// The same mesh under another name is the same tree; only the name that the file holds tells them apart.
+#[test]
+fn the_name_of_a_file_is_no_part_of_the_tree() {
+    let folder = folder();
+    fs::copy(folder.path().join("good.ply"), folder.path().join("copy.ply")).expect("writable");
+    accept(folder.path(), "fcbuild copy.ply -o copy.fct");
+    let [mut good, mut copy] = ["good.fct", "copy.fct"].map(|file| info(folder.path(), file));
+    assert_eq!(good["source_id"], copy["source_id"]);
+    for (name, of) in [("good", &mut good), ("copy", &mut copy)] {
+        assert_eq!(of["source"], format!("{name}.ply"));
+        for member in ["path", "source", "content_id"] {
+            of[member] = serde_json::Value::Null;
+        }
+    }
+    assert_eq!(good, copy);
+}
+
 /// A reader that goes away early, as `head` does, is no error and no panic.
 #[cfg(unix)]
 #[test]

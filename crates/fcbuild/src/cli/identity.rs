@@ -7,7 +7,8 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// Hashes the geometry as it was read and the settings that shape the tree.
 ///
-/// Equal numbers mean equal trees, whatever the format and the names of the files were.
+/// Equal numbers mean equal trees, whatever the format and the names of the files were. The names of several groups
+/// count, since the tree keeps them; they may be those of files.
 pub(crate) fn source_id(soup: &Soup, split: SplitMode, weld: Weld) -> u128 {
     let mut hash = Hash(Xxh3::new());
     hash.text(split.as_str());
@@ -23,9 +24,12 @@ pub(crate) fn source_id(soup: &Soup, split: SplitMode, weld: Weld) -> u128 {
     hash.list(soup.triangles.as_flattened(), |x| x.to_le_bytes());
     hash.list(soup.normals.as_deref().unwrap_or_default().as_flattened(), |x| x.to_le_bytes());
     hash.list(soup.colors.as_deref().unwrap_or_default(), |x| *x);
-    for group in &soup.groups {
-        hash.text(&group.name);
-        hash.list(&[group.triangles.end as u64], |end| end.to_le_bytes());
+    // A single group has the name of the file, and is none to the tree.
+    if let [_, _, ..] = soup.groups.as_slice() {
+        for group in &soup.groups {
+            hash.text(&group.name);
+            hash.list(&[group.triangles.end as u64], |end| end.to_le_bytes());
+        }
     }
     hash.0.digest128()
 }
@@ -66,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn every_part_counts() {
+    fn every_part_of_the_tree_counts() {
         let id = |soup: &Soup| source_id(soup, SplitMode::Paper, Weld::Exact);
         let base = id(&soup());
         assert_eq!(id(&soup()), base);
@@ -74,13 +78,21 @@ mod tests {
         moved.positions = Positions::F32([vec![[0.0, 1.0, 2.0]; 2999], vec![[0.0, 1.0, 3.0]]].concat());
         let mut turned = soup();
         turned.triangles[1999] = [1, 2, 0];
-        let mut renamed = soup();
-        renamed.groups[0].name = "b".to_owned();
+        let mut halves = soup();
+        halves.groups = [("a", 0..1000), ("b", 1000..2000)]
+            .map(|(name, triangles)| Group { name: name.to_owned(), triangles })
+            .into();
+        let mut renamed = halves.clone();
+        renamed.groups[1].name = "c".to_owned();
+        assert_ne!(id(&renamed), id(&halves));
         let mut colored = soup();
         colored.colors = Some(vec![[0; 4]; 3000]);
-        for other in [moved, turned, renamed, colored] {
+        for other in [moved, turned, halves, renamed, colored] {
             assert_ne!(id(&other), base);
         }
+        let mut of_another_file = soup();
+        of_another_file.groups[0].name = "b".to_owned();
+        assert_eq!(id(&of_another_file), base);
         assert_ne!(source_id(&soup(), SplitMode::Pca, Weld::Exact), base);
         assert_ne!(source_id(&soup(), SplitMode::Paper, Weld::Within(0.5)), base);
     }
