@@ -14,7 +14,8 @@ fn a_budget_that_no_split_comes_near_is_told() {
     fs::write(folder.path().join("disc.obj"), disc).expect("writable");
     accept(folder.path(), "fcbuild disc.obj -o p.fct --split paper");
     let export = "fct --message-format json export p.fct --json -o";
-    for (triangles, is_missed) in [(20, true), (254, false)] {
+    // More than there is are not missed.
+    for (triangles, is_missed) in [(20, true), (254, false), (9000, false)] {
         let said = accept(folder.path(), &format!("{export} {triangles}.ply --triangles {triangles}"));
         let mesh: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
         let mesh = &mesh["meshes"][0];
