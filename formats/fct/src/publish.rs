@@ -18,6 +18,10 @@ const MAX_STEM: usize = 200;
 /// A younger leftover may belong to a run that has created its temporary but not locked it yet.
 const LEFTOVER_AGE: Duration = Duration::from_secs(60);
 
+/// The same for leftovers under other names, whose places may never be written again, as those of a chain of meshes.
+/// A run that has synced its file holds no lock on it while it is checked and renamed: that takes no day.
+const OTHERS_AGE: Duration = Duration::from_secs(24 * 60 * 60);
+
 /// A file that is being written beside its final place. Dropping it leaves nothing behind.
 ///
 /// [`crate::Writer`] uses it for trees; programs may use it for whatever else they write.
@@ -186,21 +190,22 @@ fn remove_leftovers(folder: &Path, prefix: &str) {
     for entry in entries.flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        let ours = name.starts_with(prefix) && name.ends_with(Pending::SUFFIX);
-        if ours && is_abandoned(&entry) {
+        let is_temporary = name.starts_with('.') && name.ends_with(Pending::SUFFIX);
+        let age = if name.starts_with(prefix) { LEFTOVER_AGE } else { OTHERS_AGE };
+        if is_temporary && is_abandoned(&entry, age) {
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-fn is_abandoned(entry: &fs::DirEntry) -> bool {
+fn is_abandoned(entry: &fs::DirEntry, least_age: Duration) -> bool {
     let old = entry
         .metadata()
         .ok()
         .filter(fs::Metadata::is_file)
         .and_then(|m| m.modified().ok())
         .and_then(|t| t.elapsed().ok())
-        .is_some_and(|age| age > LEFTOVER_AGE);
+        .is_some_and(|age| age > least_age);
     old && File::options().write(true).open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
 }
 

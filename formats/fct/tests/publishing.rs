@@ -176,13 +176,18 @@ fn what_a_killed_run_left_is_removed_and_what_a_live_one_holds_is_not() {
     let hour_ago = SystemTime::now() - Duration::from_secs(3600);
     let stale = folder.path().join(".out.fct.abc123.fct-tmp");
     let stranger = folder.path().join(".other.fct.abc123.fct-tmp");
-    for leftover in [&stale, &stranger] {
+    let forgotten = folder.path().join(".third.ply.abc123.fct-tmp");
+    let mine = folder.path().join("notes.fct-tmp");
+    let days_ago = hour_ago - Duration::from_secs(2 * 24 * 3600);
+    for (leftover, age) in
+        [(&stale, hour_ago), (&stranger, hour_ago), (&forgotten, days_ago), (&mine, days_ago)]
+    {
         let file = fs::File::create(leftover).unwrap();
-        file.set_modified(hour_ago).unwrap();
+        file.set_modified(age).unwrap();
     }
     let live = Writer::create(&path, false).unwrap();
-    assert!(!stale.exists());
-    assert!(stranger.exists());
+    assert!(!stale.exists() && !forgotten.exists());
+    assert!(stranger.exists() && mine.exists());
 
     let held = names_in(folder.path());
     let held = held.iter().find(|n| n.starts_with(".out.fct.")).unwrap();
@@ -191,5 +196,8 @@ fn what_a_killed_run_left_is_removed_and_what_a_live_one_holds_is_not() {
     let second = Writer::create(&path, false).unwrap();
     assert!(folder.path().join(held).exists());
     drop(second);
+    file.set_modified(days_ago).unwrap();
+    drop(Writer::create(&folder.path().join("other.fct"), false).unwrap());
+    assert!(folder.path().join(held).exists());
     live.finish(&Sample::fan(2, Split::Halves).data(), 0).unwrap();
 }
