@@ -45,13 +45,18 @@ fn run() -> Result<(), Box<dyn Error>> {
         println!("{triangles} triangles, {vertices} vertices, {} parts missing", streamed.missing.len());
         Ok(())
     };
+    let eye = |turn: f64| {
+        let angle = turn * std::f64::consts::TAU;
+        center + DVec3::new(angle.cos(), 0.3, angle.sin()) * size * 1.5
+    };
     for step in 0..8 {
-        let angle = f64::from(step) * std::f64::consts::TAU / 8.0;
-        frame(center + DVec3::new(angle.cos(), 0.3, angle.sin()) * size * 1.5)?;
+        frame(eye(f64::from(step) / 8.0))?;
     }
     // An engine would draw on; here the camera rests until all is there that fits.
-    cache.settle();
-    frame(center + DVec3::new(1.0, 0.3, 0.0) * size * 1.5)?;
+    for _ in 0..2 {
+        cache.settle();
+        frame(eye(7.0 / 8.0))?;
+    }
     // What could not be read is drawn as its root, and told here.
     for (piece, error) in cache.errors() {
         eprintln!("{piece:?}: {error}");
