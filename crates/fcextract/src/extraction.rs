@@ -48,6 +48,7 @@ thread_local! {
 
 /// Counts of one extraction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Stats {
     /// Interior nodes looked at.
     pub nodes_visited: u64,
@@ -84,8 +85,8 @@ enum Step {
 /// Extracts the mesh of `selection` from `tree` into `out`.
 ///
 /// # Errors
-/// [`Error::Tree`] when the file is damaged where the walk comes by, [`Error::Selection`] when the selection is not
-/// finite. `out` then holds part of a mesh.
+/// [`Error::Tree`] when the file is damaged where the walk comes by, [`Error::Selection`] when a number of the
+/// selection makes no sense. `out` then holds part of a mesh.
 pub fn extract(tree: &Tree, selection: &Selection, out: &mut Extraction) -> Result<(), Error> {
     selection.check()?;
     out.clear();

@@ -58,6 +58,7 @@ pub struct Shown<'a> {
 
 /// What became of a budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Fitted {
     /// How many triangles, or clusters, are drawn.
     pub count: u64,

@@ -15,7 +15,7 @@ use ring::{Row, is_due};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
-use zerocopy::FromZeros;
+use zerocopy::{FromZeros, IntoBytes};
 
 /// What is kept beside a tree.
 #[derive(Debug, Default)]
@@ -146,12 +146,14 @@ impl Table {
         boundary: &Boundary<'_>,
         kept: &mut Kept,
     ) -> Option<()> {
-        let draws = |vertex| boundary.draws(vertex);
-        if let Some(top) = subtree.top() {
-            return kept.read(self.tops.get(top as usize)?, boundary.thresholds, draws);
-        }
-        let (page, root) = reader.page(subtree)?;
-        if root == page.whole() { self.keep_of_page(&page, boundary.thresholds, kept, draws) } else { None }
+        let row = if let Some(top) = subtree.top() {
+            self.tops.get(top as usize)?
+        } else {
+            let (page, root) = reader.page(subtree)?;
+            self.roots.get(page.number() as usize).filter(|_| root == page.whole())?
+        };
+        let touch = |vertex: u32| reader.vertices().get(vertex as usize).map_or(0, touched);
+        kept.read(row, boundary.thresholds, touch, |vertex| boundary.draws(vertex))
     }
 
     /// The same of a page's root.
@@ -163,7 +165,8 @@ impl Table {
         kept: &mut Kept,
         draws: impl FnMut(u32) -> bool,
     ) -> Option<()> {
-        kept.read(self.roots.get(page.number() as usize)?, thresholds, draws)
+        let touch = |vertex| page.record_of_vertex(vertex).map_or(0, touched);
+        kept.read(self.roots.get(page.number() as usize)?, thresholds, touch, draws)
     }
 
     /// Writes down what there is to know of a node, by its loops and the first corner of its first face; of those in pages
@@ -240,6 +243,13 @@ impl Table {
             UNKNOWN
         }
     }
+}
+
+/// A number that takes reading a record's bytes, from all lines of memory that they are on.
+fn touched(record: &VertexRecord) -> u8 {
+    // What is asked for is the key, the sphere and the place: from the first byte to the radius' offset.
+    let [x, ..] = record.position;
+    x.as_bytes().first().copied().unwrap_or(0) ^ record.offset[2] as u8
 }
 
 /// Notes that something was drawn for the first time, unless another thread has gone on meanwhile.

@@ -41,13 +41,14 @@ impl Kept {
         self.ends.get(..self.loops).unwrap_or_default()
     }
 
-    /// Reads a row and leaves out what is not drawn, about which `draws` is asked in doubt; none if there is no row, or
-    /// not enough in it.
+    /// Reads a row and leaves out what is not drawn, about which `draws` is asked in doubt, and `touch` before; none if
+    /// there is no row, or not enough in it.
     #[inline]
     pub(super) fn read(
         &mut self,
         row: &Row,
         thresholds: Thresholds,
+        touch: impl Fn(u32) -> u8,
         mut draws: impl FnMut(u32) -> bool,
     ) -> Option<()> {
         let [state, first_corner, entries @ ..] = row;
@@ -58,6 +59,18 @@ impl Kept {
             return None;
         }
         self.first_corner = first_corner.load(Relaxed);
+        // Records are anywhere in memory: all at once they come far sooner than one after the other.
+        let in_doubt = if thresholds.inactive < thresholds.active { usize::from(count) } else { 0 };
+        let mut touched = 0;
+        for (pair, ranks) in vertices.as_chunks::<2>().0.iter().zip(ranks).take(in_doubt.div_ceil(2)) {
+            let ranks = ranks.load(Relaxed);
+            for (vertex, rank) in pair.iter().zip([ranks as i16, (ranks >> 16) as i16]) {
+                if thresholds.of(rank).is_none() {
+                    touched ^= touch(vertex.load(Relaxed) & !LOOP_END);
+                }
+            }
+        }
+        std::hint::black_box(touched);
         let (mut kept, mut start, mut loops) = (0_usize, 0_usize, 0_usize);
         let mut left = usize::from(count);
         for (pair, ranks) in vertices.as_chunks::<2>().0.iter().zip(ranks) {

@@ -92,7 +92,7 @@ struct Scratch {
 /// drawn.
 ///
 /// # Errors
-/// [`Error::Selection`] when the selection is not finite, [`Error::TooManyTriangles`]. Pieces that are damaged are no
+/// [`Error::Selection`] when a number of the selection makes no sense, [`Error::TooManyTriangles`]. Pieces that are damaged are no
 /// error, but listed.
 pub fn extract_chunks<'a>(
     crown: &Crown,
