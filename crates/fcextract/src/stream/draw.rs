@@ -92,8 +92,8 @@ struct Scratch {
 /// drawn.
 ///
 /// # Errors
-/// [`Error::Selection`] when a number of the selection makes no sense, [`Error::TooManyTriangles`]. Pieces that are damaged are no
-/// error, but listed.
+/// [`Error::Selection`] when a number of the selection makes no sense, [`Error::TooManyTriangles`]. Pieces that are
+/// damaged are no error, but listed.
 pub fn extract_chunks<'a>(
     crown: &Crown,
     there: &dyn Resident<'a>,
