@@ -244,7 +244,7 @@ fn build_prepared(
     // The walk takes about seven tenths of the stage; what follows has no faces to count.
     let measured = counter(Phase::Bounds);
     let tenths = |n: u64| (options.progress)(Phase::Bounds, (faces * n).div_ceil(10), faces);
-    let Registered { registrations, mut nodes, cones } =
+    let Registered { registrations, mut nodes, cones, supports } =
         corners::register(&mesh, &splits, &loops, &anchored, &|n| measured(n * 7 / 10));
     drop(anchored);
     if mode == SplitMode::Quality {
@@ -273,9 +273,8 @@ fn build_prepared(
     let around_holes = holes::records(ClusterTree { keys: &activity, ..unkeyed });
     activity::raise(&around_holes, &mut activity);
     drop(around_holes);
-    let straight = curves::straighten(&mesh, &stretches, &activity);
-    activity::raise(&straight, &mut activity);
-    drop((stretches, straight));
+    curves::straighten(&mesh, &stretches, &mut activity);
+    drop(stretches);
     activity::share(&mesh.weld, &mut activity);
     if splits.is_empty() {
         activity::always(&mesh.positions, &mut activity);
@@ -286,8 +285,8 @@ fn build_prepared(
     loops.starts_at_end = Vec::new();
     let tree = ClusterTree { mesh: &mesh, splits: &splits, loops: &loops, nodes: &nodes, keys: &activity };
     let mut displaced = displacement::displacements(tree);
-    promised::share_out(tree, &shares, &mut displaced);
-    drop((nodes, shares));
+    promised::share_out(tree, &supports, &shares, &mut displaced);
+    drop((nodes, shares, supports));
     clock.lap(Phase::Bounds);
 
     tell(Phase::Records, 0);

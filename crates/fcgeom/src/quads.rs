@@ -116,6 +116,27 @@ impl Quads {
         self.len == 0
     }
 
+    /// The first point.
+    #[must_use]
+    pub fn first(&self) -> Option<Vec3> {
+        Some(self.quads.first()?.points()[0])
+    }
+
+    /// Products of three vectors with the points' ways from an origin, group by group.
+    pub fn products(
+        &self,
+        groups: Range<usize>,
+        step: usize,
+        vectors: [Vec3; 3],
+        origin: Vec3,
+    ) -> impl Iterator<Item = [Vec4; 3]> {
+        let (vectors, origin) = (vectors.map(Quad::splat), Quad::splat(origin));
+        self.quads[groups].iter().step_by(step).map(move |quad| {
+            let way = quad.minus(&origin);
+            [way.dot(&vectors[0]), way.dot(&vectors[1]), way.dot(&vectors[2])]
+        })
+    }
+
     /// The points if there are just two.
     pub(crate) fn pair(&self) -> Option<[Vec3; 2]> {
         let [p, q, ..] = self.quads.first()?.points();

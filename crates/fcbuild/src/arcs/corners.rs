@@ -2,7 +2,7 @@
 
 use super::loops::{LAST, Loops, split_loops};
 use super::polyline;
-use crate::bounds::{Above, Cluster, Measurer, NodeBounds};
+use crate::bounds::{Above, AllSupports, Cluster, Measurer, NodeBounds, Piece};
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
 use fcgeom::Cone;
@@ -32,6 +32,14 @@ pub struct Registered {
     pub nodes: Vec<NodeBounds>,
     /// The normal cone of each node.
     pub cones: Vec<Cone>,
+    /// Planes that clusters are measured between, in the order of the nodes.
+    pub supports: AllSupports,
+}
+
+/// What a stretch of the walk finds, besides the measures of nodes.
+struct Found {
+    registrations: Vec<Registration>,
+    supports: Piece,
 }
 
 /// Walks the tree from the root down, registers corners, and measures each interior node once it has got its corners.
@@ -48,7 +56,7 @@ pub fn register(
     let mut cones = vec![Cone::FULL; splits.len()];
     if splits.is_empty() {
         // A single face: nothing is split, its corners are always drawn.
-        return Registered { registrations: Vec::new(), nodes, cones };
+        return Registered { registrations: Vec::new(), nodes, cones, supports: AllSupports::default() };
     }
     let mut registered: Vec<bool> = vec![false; mesh.opposite.len()];
     for &h in loops.read(0, &mut Vec::new()) {
@@ -58,8 +66,11 @@ pub fn register(
     let root =
         Child { node: 0, parent: None, above: f32::INFINITY, direction: None, faces: 0..mesh.faces.len() };
     let measured = Measured { nodes: &mut nodes, cones: &mut cones };
-    let registrations = walk.descend(root, &mut registered, measured);
-    Registered { registrations, nodes, cones }
+    let found = walk.descend(root, &mut registered, measured);
+    let (registrations, supports): (_, Vec<Piece>) =
+        found.into_iter().map(|found| (found.registrations, found.supports)).unzip();
+    let supports = AllSupports::of_pieces(supports.into_iter());
+    Registered { registrations, nodes, cones, supports }
 }
 
 struct Walk<'a> {
@@ -131,20 +142,23 @@ impl Walk<'_> {
     ///
     /// `registered` holds, for each half-edge of the node's faces that lies on a boundary, whether its start is a
     /// corner registered by an ancestor.
-    fn descend(&self, at: Child, registered: &mut [bool], places: Measured<'_>) -> Vec<Vec<Registration>> {
-        let mut own = Vec::new();
+    fn descend(&self, at: Child, registered: &mut [bool], places: Measured<'_>) -> Vec<Found> {
+        let supports = Piece { first: at.node as u32, supports: Vec::new() };
+        let mut own = Found { registrations: Vec::new(), supports };
         if at.faces.len() < SERIAL_BELOW {
             let faces = at.faces.len() as u64;
             self.descend_serial(at, registered, places, &mut Memory::new(self.mesh), &mut own);
             (self.count)(faces);
-            own.shrink_to_fit();
+            own.registrations.shrink_to_fit();
+            own.supports.supports.shrink_to_fit();
             return vec![own];
         }
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return Vec::new() };
         // The memory of a large cluster goes before there is more of it.
         (*bounds, *cone) = self.measure(&at, registered, &mut Memory::new(self.mesh), &mut own);
-        let [left, right] = self.split(&at, bounds, registered, &mut Memory::new(self.mesh), &mut own);
+        let memory = &mut Memory::new(self.mesh);
+        let [left, right] = self.split(&at, bounds, registered, memory, &mut own.registrations);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let (l, r) = rayon::join(
@@ -164,7 +178,7 @@ impl Walk<'_> {
         registered: &mut [bool],
         places: Measured<'_>,
         memory: &mut Memory<'_>,
-        out: &mut Vec<Registration>,
+        out: &mut Found,
     ) {
         if places.nodes.is_empty() {
             return;
@@ -172,7 +186,7 @@ impl Walk<'_> {
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return };
         (*bounds, *cone) = self.measure(&at, registered, memory, out);
-        let [left, right] = self.split(&at, bounds, registered, memory, out);
+        let [left, right] = self.split(&at, bounds, registered, memory, &mut out.registrations);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let places_l = Measured { nodes: &mut *nodes_l, cones: places_l.cones };
@@ -188,16 +202,24 @@ impl Walk<'_> {
         at: &Child,
         registered: &mut [bool],
         memory: &mut Memory<'_>,
-        out: &mut Vec<Registration>,
+        out: &mut Found,
     ) -> (NodeBounds, Cone) {
         let Memory { measurer, loops: [loops, _] } = memory;
-        let cluster = Cluster { faces: at.faces.clone(), loops: self.loops.read(at.node, loops), registered };
-        let (bounds, cone, added) =
-            measurer.measure(&self.splits[at.node], &cluster, at.above(), at.direction);
+        let loops = self.loops.read(at.node, loops);
+        // Pieces are subtrees of few faces, or single nodes.
+        let place = (at.node as u32 - out.supports.first) as u16;
+        let cluster = Cluster { place, faces: at.faces.clone(), loops, registered };
+        let (bounds, cone, added) = measurer.measure(
+            &self.splits[at.node],
+            &cluster,
+            at.above(),
+            at.direction,
+            &mut out.supports.supports,
+        );
         for &h in added {
             registered[h as usize - 3 * at.faces.start] = true;
             let vertex = self.mesh.weld[self.mesh.origin(h) as usize];
-            out.extend(at.parent.map(|node| Registration { vertex, node: node | BOUND_ONLY }));
+            out.registrations.extend(at.parent.map(|node| Registration { vertex, node: node | BOUND_ONLY }));
         }
         (bounds, cone)
     }

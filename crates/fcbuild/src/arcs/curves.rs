@@ -5,7 +5,7 @@
 //! drawn wherever the chord without it would be farther from the curve than the tolerance. Along a seam all sheets share
 //! the curve's records.
 
-use super::activity::Activity;
+use super::activity::{self, Activity};
 use super::polyline::{self, Chord, complete_to_three};
 use super::uncovered::{Order, WORTH, worth_of_strip};
 use crate::mesh::{EdgeKind, NONE};
@@ -44,20 +44,24 @@ pub struct Curves {
     pub stretches: Vec<Stretch>,
 }
 
-/// The records that keep the chords of curves near them, where the vertices have the records `keys` already: within the
-/// tolerance in the order of bounds, and in the budget order where what they cut off is worth a vertex.
-pub fn straighten(mesh: &TreeMesh, stretches: &[Stretch], keys: &[Activity]) -> Vec<CurveRecord> {
-    let mut records = Vec::new();
-    for stretch in stretches {
-        let vertices = &stretch.vertices;
-        let points = points_of(mesh, vertices);
-        for order in [Order::Bound, Order::Budget] {
-            let key = |i: usize| order.of_vertex(&keys[vertices[i] as usize]);
-            let raised = polyline::raise(&points, key, stretch.highest, |chord| miss(order, &points, chord));
-            records.extend(raised.iter().map(|r| order.record(vertices[r.point], r)));
+/// Raises the records of vertices until the chords of curves are near them: within the tolerance in the order of bounds,
+/// and in the budget order where what they cut off is worth a vertex.
+pub(crate) fn straighten(mesh: &TreeMesh, stretches: &[Stretch], records: &mut [Activity]) {
+    // What the budget order asks for makes vertices be drawn in larger spheres, which the order of bounds must know.
+    for order in [Order::Budget, Order::Bound] {
+        let mut found = Vec::new();
+        for stretch in stretches {
+            let vertices = &stretch.vertices;
+            let points = points_of(mesh, vertices);
+            let record = |i: usize| &records[vertices[i] as usize];
+            let key = |i: usize| order.of_vertex(record(i));
+            let drawn = |i: usize| order.sphere_of(record(i));
+            let raised =
+                polyline::raise(&points, key, stretch.highest, drawn, |chord| miss(order, &points, chord));
+            found.extend(raised.iter().map(|r| order.record(vertices[r.point], r)));
         }
+        activity::raise(&found, records);
     }
-    records
 }
 
 /// What the squared error of a strip that a chord of a curve cuts off comes to, over its length and the cube of its

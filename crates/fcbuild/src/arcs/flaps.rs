@@ -101,11 +101,13 @@ impl Flaps<'_> {
         points.clear();
         points.extend(vertices.iter().map(|&v| mesh.positions[v as usize]));
         for order in [Order::Bound, Order::Budget] {
-            let key = |i: usize| order.of_vertex(&keys[mesh.weld[vertices[i] as usize] as usize]);
+            let keys = |i: usize| &keys[mesh.weld[vertices[i] as usize] as usize];
+            let key = |i: usize| order.of_vertex(keys(i));
+            let drawn = |i: usize| order.sphere_of(keys(i));
             // The cut is there, and its ends are drawn, below the key of its node.
             let highest = order.of_node(&nodes[node]);
             let mut any = false;
-            let raised = polyline::raise(points, key, highest, |chord| {
+            let raised = polyline::raise(points, key, highest, drawn, |chord| {
                 let find = |above: f64, out: &mut Vec<Meeting>| {
                     let chord = Chord { lowest: above, ..chord };
                     self.find_meetings(order, node, children, edges[chord.from], chord, out);

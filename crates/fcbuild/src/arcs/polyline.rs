@@ -49,7 +49,7 @@ pub(super) struct Raised {
     /// Its new key.
     pub(super) key: f64,
     /// Around the stretch that is too far from its chord without the point; the spheres of the points raised inside
-    /// it lie in it.
+    /// it lie in it. If the key is that of an end of the chord, the sphere in which that is drawn lies in it too.
     pub(super) sphere: Sphere,
 }
 
@@ -75,33 +75,43 @@ const MAX_DEPTH: u32 = 60;
 /// point is raised: keys only grow, and what they were raised for before still holds, since the chords inside a stretch
 /// are looked at with the keys that it leaves.
 ///
+/// In views, keys are held against the tolerances around spheres. A point whose key is limited by that of an end must be
+/// drawn wherever the end is, so it gets the sphere too in which that is `drawn` already.
+///
 /// # Paper
 /// [Douglas and Peucker 1973] is the case in which all keys are 0 at first.
 pub(super) fn raise(
     points: &[Vec3],
     key: impl Fn(usize) -> f64,
     highest: f64,
+    drawn: impl Fn(usize) -> Sphere,
     mut miss: impl FnMut(Chord) -> Option<(usize, f64)>,
 ) -> Vec<Raised> {
     if let [_, _, _] = points {
         // Most arcs have one vertex between their ends.
         let lowest = key(1).min(highest);
         let missed = if lowest < highest { miss(Chord { from: 0, to: 2, lowest, highest }) } else { None };
-        let raised = missed.map(|(i, distance)| (i, distance.min(highest))).filter(|m| m.1 > lowest);
-        let raised = raised.filter(|m| m.1 > key(m.0));
-        return raised
-            .map(|(point, key)| Raised { point, key, sphere: Sphere::of_points(points) })
-            .into_iter()
-            .collect();
+        let breaks_at = missed.map_or(lowest, |(_, distance)| distance.clamp(lowest, highest));
+        if breaks_at <= key(1) {
+            return Vec::new();
+        }
+        let around = Sphere::of_points(points);
+        let sphere = if breaks_at == highest { both(&around, &drawn(0)) } else { around };
+        return vec![Raised { point: 1, key: breaks_at, sphere }];
     }
     struct Stretch {
         within: Option<usize>,
         chord: Chord,
-        raised: Option<(usize, f64)>,
+        /// The end of the chord that is drawn last.
+        last: usize,
+        /// The point that breaks the chord, at which tolerance, and whether that is more than its key.
+        point: usize,
+        breaks_at: f64,
+        is_raised: bool,
     }
     let mut stretches: Vec<Stretch> = Vec::new();
-    let mut stack = vec![(0, points.len().saturating_sub(1), highest, None, 0_u32)];
-    while let Some((from, to, highest, within, depth)) = stack.pop() {
+    let mut stack = vec![(0, points.len().saturating_sub(1), highest, None, 0, 0_u32)];
+    while let Some((from, to, highest, within, last, depth)) = stack.pop() {
         if to < from + 2 {
             continue;
         }
@@ -116,26 +126,47 @@ pub(super) fn raise(
         if depth >= MAX_DEPTH {
             point = usize::midpoint(from, to);
         }
-        let raised = (breaks_at > key(point)).then_some((point, breaks_at));
         let own = stretches.len();
-        stretches.push(Stretch { within, chord, raised });
-        stack.push((point, to, breaks_at, Some(own), depth + 1));
-        stack.push((from, point, breaks_at, Some(own), depth + 1));
+        stretches.push(Stretch { within, chord, last, point, breaks_at, is_raised: breaks_at > key(point) });
+        let last = if key(point) > highest { last } else { point };
+        stack.push((point, to, breaks_at, Some(own), last, depth + 1));
+        stack.push((from, point, breaks_at, Some(own), last, depth + 1));
     }
-    let mut below = vec![Sphere::EMPTY; stretches.len()];
-    let mut out = Vec::new();
+    // From the inside out: a point is drawn wherever one is that its chord's halves leave out before it.
+    let mut spheres = vec![Sphere::EMPTY; stretches.len()];
     for (i, stretch) in stretches.iter().enumerate().rev() {
-        let mut sphere = below[i];
-        if let Some((point, key)) = stretch.raised {
+        spheres[i] = both(&drawn(stretch.point), &spheres[i]);
+        if stretch.is_raised {
             let own = Sphere::of_points(&points[stretch.chord.from..=stretch.chord.to]);
-            sphere = if sphere.is_empty() { own } else { Sphere::enclosing(&own, &sphere) };
-            out.push(Raised { point, key, sphere });
+            spheres[i] = both(&own, &spheres[i]);
         }
-        if let Some(up) = stretch.within.filter(|_| !sphere.is_empty()) {
-            below[up] = if below[up].is_empty() { sphere } else { Sphere::enclosing(&below[up], &sphere) };
+        if let Some(up) = stretch.within {
+            spheres[up] = both(&spheres[up], &spheres[i]);
+        }
+    }
+    // And back: with a key that is limited by an end's, wherever that end is.
+    let mut out = Vec::new();
+    for (i, stretch) in stretches.iter().enumerate() {
+        let Stretch { chord, last, point, breaks_at, is_raised, .. } = *stretch;
+        if is_raised && breaks_at == chord.highest {
+            let end = stretch.within.filter(|up| stretches[*up].point == last).map(|up| spheres[up]);
+            spheres[i] = both(&spheres[i], &end.unwrap_or_else(|| drawn(last)));
+        }
+        if is_raised || !drawn(point).is_empty() && !drawn(point).contains_sphere(&spheres[i]) {
+            out.push(Raised { point, key: breaks_at, sphere: spheres[i] });
         }
     }
     out
+}
+
+/// A sphere around two, one of which may be empty.
+fn both(a: &Sphere, b: &Sphere) -> Sphere {
+    match (a.is_empty(), b.is_empty()) {
+        (_, true) => *a,
+        (true, false) => *b,
+        _ if a.contains_sphere(b) => *a,
+        _ => Sphere::enclosing(a, b),
+    }
 }
 
 /// The inner point of a stretch that is farthest from its chord, and how far it is.
@@ -159,6 +190,10 @@ mod tests {
         (0..n).map(|i| Vec3::new(i as f32, random() * 3.0, random())).collect()
     }
 
+    fn nowhere(_: usize) -> Sphere {
+        Sphere::EMPTY
+    }
+
     /// With no keys before, and with keys of others in between: those bend chords away from the ones that a deviation
     /// would be measured against.
     #[test]
@@ -168,7 +203,8 @@ mod tests {
             let mut keys: Vec<f64> = (0..200)
                 .map(|i| if others > 0 && i % others == 1 { f64::from(i as u32 % 11) * 0.2 } else { 0.0 })
                 .collect();
-            for r in raise(&points, |i| keys[i], 2.5, |c| farthest_from_chord(&points, c.from, c.to)) {
+            for r in raise(&points, |i| keys[i], 2.5, nowhere, |c| farthest_from_chord(&points, c.from, c.to))
+            {
                 assert!(r.key > keys[r.point]);
                 keys[r.point] = r.key;
             }
@@ -185,17 +221,60 @@ mod tests {
         }
     }
 
+    /// Where tolerances differ from place to place, and vertices are drawn by the least one in their spheres.
+    #[test]
+    fn in_views_too_points_left_out_stay_within_what_is_allowed_there() {
+        let mut state = 11_u32;
+        let mut random = |low: f32, high: f32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            low + (high - low) * (state >> 8) as f32 / 16_777_216.0
+        };
+        let (mut with, mut without) = (0, 0);
+        for _ in 0..300 {
+            let points = wiggle(40);
+            let mut records: Vec<(f64, Sphere)> = points
+                .iter()
+                .map(|p| (f64::from(random(0.0, 1.0)), Sphere { center: *p, radius: random(0.0, 6.0) }))
+                .collect();
+            records[0].0 = 9.0;
+            records[39].0 = 9.0;
+            let before = records.clone();
+            let chord = |c: Chord| farthest_from_chord(&points, c.from, c.to);
+            let nested = raise(&points, |i| before[i].0, 9.0, |i| before[i].1, chord);
+            let plain = raise(&points, |i| before[i].0, 9.0, nowhere, chord);
+            let slope = Vec3::new(random(-0.02, 0.02), 0.0, 0.0);
+            let middle = random(0.3, 2.0);
+            let tolerance = |p: Vec3| f64::from(middle + slope.dot(p - points[20]));
+            let mut beyond = |raised: &[Raised]| {
+                records.clone_from(&before);
+                for r in raised {
+                    let (key, sphere) = &mut records[r.point];
+                    (*key, *sphere) = (key.max(r.key), both(sphere, &r.sphere));
+                }
+                let least = |s: &Sphere| tolerance(s.center) - f64::from(slope.length() * s.radius);
+                let drawn: Vec<usize> = (0..40).filter(|&i| records[i].0 > least(&records[i].1)).collect();
+                let far = drawn.windows(2).filter_map(|ends| farthest_from_chord(&points, ends[0], ends[1]));
+                far.filter(|(i, far)| *far > tolerance(points[*i])).count()
+            };
+            with += beyond(&nested);
+            without += beyond(&plain);
+        }
+        assert!(with == 0 && without > 0, "{with} and {without}");
+    }
+
     #[test]
     fn the_only_vertex_of_an_arc_is_raised_to_its_distance_unless_it_is_drawn_before() {
         let points = [Vec3::ZERO, Vec3::new(1.0, 0.5, 0.0), Vec3::new(2.0, 0.0, 0.0)];
         for (key, highest, expected) in [(0.0, 2.0, 0.5), (0.0, 0.25, 0.25), (0.375, 2.0, 0.5)] {
-            let raised = raise(&points, |_| key, highest, |c| farthest_from_chord(&points, c.from, c.to));
+            let raised =
+                raise(&points, |_| key, highest, nowhere, |c| farthest_from_chord(&points, c.from, c.to));
             assert_eq!(raised.iter().map(|r| (r.point, r.key)).collect::<Vec<_>>(), [(1, expected)]);
             assert!(points.iter().all(|p| raised[0].sphere.center.distance(*p) <= raised[0].sphere.radius));
         }
         for (key, highest) in [(0.5, 2.0), (0.75, 2.0), (0.75, 0.25)] {
             assert!(
-                raise(&points, |_| key, highest, |c| farthest_from_chord(&points, c.from, c.to)).is_empty()
+                raise(&points, |_| key, highest, nowhere, |c| farthest_from_chord(&points, c.from, c.to))
+                    .is_empty()
             );
         }
     }

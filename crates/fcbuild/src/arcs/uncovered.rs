@@ -4,7 +4,7 @@ use super::activity::Activity;
 use super::curves::CurveRecord;
 use super::polyline::{Chord, Raised};
 use crate::bounds::NodeBounds;
-use fcgeom::offset_from_segment;
+use fcgeom::{Sphere, offset_from_segment};
 use glam::{DVec3, Vec3};
 
 /// Which of its two keys a node or a vertex goes by.
@@ -27,6 +27,14 @@ impl Order {
             Order::Bound => vertex.bound,
             Order::Budget => vertex.budget,
         })
+    }
+
+    /// Where a vertex is drawn, if that is promised.
+    pub(super) fn sphere_of(self, vertex: &Activity) -> Sphere {
+        match self {
+            Order::Bound => vertex.sphere,
+            Order::Budget => Sphere::EMPTY,
+        }
     }
 
     /// What a vertex is raised to.

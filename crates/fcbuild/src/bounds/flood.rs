@@ -1,41 +1,18 @@
 //! A walk over the faces around a cluster, within what is seen in a hull.
 
+use super::beyond::Beyond;
+use super::gaze::{Gaze, Seen};
 use super::hull::{Hull, Side};
 use super::node::Cluster;
 use super::slab::Slab;
 use crate::arcs::loops::LAST;
 use crate::mesh::NONE;
 use crate::tree_order::TreeMesh;
-use glam::{DMat3, DVec2, DVec3};
+use glam::DVec3;
 
 /// Cosine of the steepest angle (72.5 degrees) at which a face still counts as surface under a polygon. Steeper ones
 /// raise slabs more than a corner costs that keeps the polygon away from them.
 const STEEP: f64 = 0.3;
-
-/// Where a vertex is seen: across the direction of a slab, and how high.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    pub(super) at: DVec2,
-    pub(super) height: f64,
-}
-
-/// A direction to look along: rows across it, and its own.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Gaze(DMat3);
-
-impl Gaze {
-    /// Along a unit vector.
-    pub(super) fn along(direction: DVec3) -> Gaze {
-        let (x, y) = fcgeom::tangent_frame(direction);
-        Gaze(DMat3::from_cols(x, y, direction).transpose())
-    }
-
-    #[inline]
-    pub(super) fn see(&self, p: DVec3) -> Seen {
-        let p = self.0 * p;
-        Seen { at: p.truncate(), height: p.z }
-    }
-}
 
 /// A vertex that the flood has come to.
 #[derive(Clone, Copy, Debug)]
@@ -106,18 +83,24 @@ pub(super) struct Arc<'a> {
 }
 
 impl Flood {
-    /// Widens the slab by what is seen in a hull of the surface beyond the border; false if some of it is steep, and left
-    /// out.
+    /// Widens the slab by what is seen in a hull of the surface beyond the border, which is also collected; false if some of
+    /// it is steep, and left out.
     ///
     /// The border itself lies in the slab.
-    pub(super) fn look(&mut self, around: Around<'_>, arc: Arc<'_>, slab: &mut Slab) -> bool {
+    pub(super) fn look(
+        &mut self,
+        around: Around<'_>,
+        arc: Arc<'_>,
+        slab: &mut Slab,
+        beyond: &mut Beyond,
+    ) -> bool {
         let Around { mesh, cluster, border, gaze, hull } = around;
         let Flood { reached, waiting, visited } = self;
         reached.clear();
         waiting.clear();
         let reach_at = |seen: Seen| Reached { seen, side: hull.side(seen.at) };
         // Beyond an edge of the surface there is nothing; see [`crate::arcs::curves`].
-        let beyond = |place: usize| {
+        let across_border = |place: usize| {
             let across = mesh.opposite[border.half_edge(place) as usize];
             (across != NONE).then_some(across)
         };
@@ -132,7 +115,7 @@ impl Flood {
                 if !hull.reaches_right(p.at, q.at) {
                     continue;
                 }
-                let Some(across) = beyond(place) else { continue };
+                let Some(across) = across_border(place) else { continue };
                 if follows != Some(place) {
                     reached.push(Reached { seen: *p, side: Side::WITHIN });
                 }
@@ -145,7 +128,7 @@ impl Flood {
         let mut follows = None;
         for &place in arc.near {
             let place = place as usize;
-            let Some(across) = beyond(place) else { continue };
+            let Some(across) = across_border(place) else { continue };
             if follows != Some(place) {
                 reached.push(reach_at(arc.seen[place]));
             }
@@ -182,13 +165,17 @@ impl Flood {
                 1 => (first + 2, first),
                 _ => (first, first + 1),
             };
+            if beyond.is_wanted() {
+                add_clipped(hull, [&reached[p as usize], &reached[q as usize]], beyond);
+            }
             let apex = reach_at(gaze.see(mesh.positions[mesh.origin(before) as usize].as_dvec3()));
             if apex.side.is_in() {
                 slab.add(apex.seen.height);
+                beyond.add(apex.seen);
             }
             let place = reached.len() as u32;
             let mut look_across = |edge: u32, from: &Reached, to: &Reached, ends: [u32; 2]| {
-                if reach(hull, from, to, slab) {
+                if reach(hull, from, to, slab, beyond) {
                     let across = mesh.opposite[edge as usize];
                     if across != NONE && !own.contains(&across) && !visited.has(across / 3) {
                         waiting.push(Waiting { half_edge: across, ends });
@@ -202,6 +189,7 @@ impl Flood {
             if goes_on {
                 reached.push(apex);
             }
+            beyond.end_part();
         }
         is_covered
     }
@@ -210,16 +198,34 @@ impl Flood {
 /// Widens the slab by the part of an edge that lies in the hull. Returns whether there is such a part, and some of the
 /// hull to the right of it.
 #[inline]
-fn reach(hull: &Hull, from: &Reached, to: &Reached, slab: &mut Slab) -> bool {
+fn reach(hull: &Hull, from: &Reached, to: &Reached, slab: &mut Slab, beyond: &mut Beyond) -> bool {
     let Some((start, end)) = hull.clip((from.seen.at, from.side), (to.seen.at, to.side)) else {
         return false;
     };
     for (share, end) in [(start, from), (end, to)] {
         if !end.side.is_in() {
-            slab.add(from.seen.height + (to.seen.height - from.seen.height) * share);
+            let seen = between(from, to, share);
+            slab.add(seen.height);
+            beyond.add(seen);
         }
     }
     goes_beyond(hull, from, to, (start, end))
+}
+
+/// Adds the ends of the part of an edge that lies in the hull.
+fn add_clipped(hull: &Hull, [from, to]: [&Reached; 2], beyond: &mut Beyond) {
+    if let Some((start, end)) = hull.clip((from.seen.at, from.side), (to.seen.at, to.side)) {
+        for (share, end) in [(start, from), (end, to)] {
+            beyond.add(if end.side.is_in() { end.seen } else { between(from, to, share) });
+        }
+    }
+}
+
+/// A point of an edge.
+#[inline]
+fn between(from: &Reached, to: &Reached, share: f64) -> Seen {
+    let (from, to) = (from.seen, to.seen);
+    Seen { at: from.at + (to.at - from.at) * share, height: from.height + (to.height - from.height) * share }
 }
 
 /// Whether some of the hull lies to the right of an edge, of which a part lies in the hull.

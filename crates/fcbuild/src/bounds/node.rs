@@ -4,6 +4,8 @@ use super::distance;
 use super::overhang::Overhang;
 use super::slab::{self, EASE, MIN_FACING, Points};
 use super::slack::Slack;
+use super::support::Support;
+use super::supports::Supports;
 use crate::arcs::loops::{LAST, split_loops};
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
@@ -84,8 +86,17 @@ const TURNED_TO: f64 = 0.87;
 /// Slabs of clusters with at least so many faces are turned to be lower.
 const TURNED_FROM: usize = 32;
 
+/// Clusters of at least so many faces are measured between planes that lean. With fewer, two faces less take off 0.4 % of
+/// the triangles of fine meshes, 1.5 % of the time and 4 bytes of memory a face more.
+const SUPPORTED_FROM: usize = 6;
+
+/// Planes that lean count if they make a cluster lower than this share of its slab.
+const WORTH: f64 = 0.97;
+
 /// A node as it is shown to be measured.
 pub struct Cluster<'a> {
+    /// Its number, counted from the first node of a piece of [`super::AllSupports`].
+    pub place: u16,
     /// Its faces.
     pub faces: Range<usize>,
     /// Its loops, as in [`crate::arcs::loops::Loops::read`].
@@ -116,6 +127,7 @@ pub struct Measurer<'a> {
     normals: Quads,
     corners: Vec<Vec3>,
     overhang: Overhang,
+    supports: Supports,
 }
 
 impl<'a> Measurer<'a> {
@@ -127,19 +139,22 @@ impl<'a> Measurer<'a> {
             normals: Quads::default(),
             corners: Vec::new(),
             overhang: Overhang::default(),
+            supports: Supports::default(),
         }
     }
 
     /// Measures one node by itself: its bounds, a cone that holds the normals of its faces, and half-edges on its loops
     /// that start at vertices which the node `above` must register too.
     ///
-    /// `inherited` is the direction of the slab of the node above, if it has one.
+    /// `inherited` is the direction of the slab of the node above, if it has one. The planes that the node is measured
+    /// between, if they lean, are added to `supports`.
     pub fn measure(
         &mut self,
         split: &Split,
         at: &Cluster<'_>,
         above: Above,
         inherited: Option<Vec3>,
+        supports: &mut Vec<Support>,
     ) -> (NodeBounds, Cone, &[u32]) {
         let mesh = self.mesh;
         let corner_vertices = mesh.faces.as_flattened();
@@ -182,7 +197,16 @@ impl<'a> Measurer<'a> {
                     if at.faces.len() >= TURNED_FROM {
                         slab = slab::turned(slab, &points, |direction| self.may_turn_to(direction, middle));
                     }
-                    added = self.overhang.widen(mesh, at, &mut slab, above);
+                    let is_large = at.faces.len() >= SUPPORTED_FROM;
+                    let found = self.overhang.widen(mesh, at, &mut slab, above, is_large);
+                    added = found.added;
+                    if is_large && slab.least_height() < WORTH * slab.height() {
+                        let apart = self.supports.measure(mesh, at, &slab, &points, found.beyond);
+                        if apart[0].max(apart[1]) < WORTH * slab.height() {
+                            slab.support(apart);
+                            supports.extend(self.supports.found(at.place, apart));
+                        }
+                    }
                     bound = Some(slab.bound());
                     slack = slab.slack();
                 }

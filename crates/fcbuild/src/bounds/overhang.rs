@@ -6,7 +6,9 @@
 //! into the slab, also where it belongs to neighbours: the polygon may lie over it, and it may be left to this polygon to
 //! cover. `docs/bound.md` has the argument.
 
-use super::flood::{Arc, Around, Flood, Gaze, Places, Seen};
+use super::beyond::Beyond;
+use super::flood::{Arc, Around, Flood, Places};
+use super::gaze::{Gaze, Seen};
 use super::hull::Hull;
 use super::node::{Above, Cluster};
 use super::slab::Slab;
@@ -47,8 +49,17 @@ pub(super) struct Overhang {
     corners: Vec<usize>,
     /// Half-edges that start at vertices to be corners too.
     added: Vec<u32>,
+    beyond: Beyond,
     hull: Hull,
     flood: Flood,
+}
+
+/// What is found.
+pub(super) struct Found<'a> {
+    /// Half-edges of the cluster's loops that start at vertices which the node above must make corners.
+    pub(super) added: &'a [u32],
+    /// What is seen in the hulls of arcs, if it was asked for.
+    pub(super) beyond: &'a Beyond,
 }
 
 /// A loop of a cluster's border.
@@ -100,8 +111,8 @@ fn spot(at: DVec2) -> Vec4 {
 }
 
 impl Overhang {
-    /// Widens the slab of a cluster by what is seen in the hulls of its arcs. Returns half-edges of its loops that start at
-    /// vertices which the node `above` must make corners for that.
+    /// Widens the slab of a cluster by what is seen in the hulls of its arcs, for which the node `above` must make some
+    /// vertices corners.
     ///
     /// Of a cluster with several loops each must have a corner, and there must be such a node.
     pub(super) fn widen(
@@ -110,8 +121,10 @@ impl Overhang {
         at: &Cluster<'_>,
         slab: &mut Slab,
         above: Above,
-    ) -> &[u32] {
+        wants_beyond: bool,
+    ) -> Found<'_> {
         self.added.clear();
+        self.beyond.clear(wants_beyond);
         let narrow = *slab;
         let mut start = 0;
         for ring in split_loops(at.loops) {
@@ -120,7 +133,7 @@ impl Overhang {
             self.widen_by_loop(&Border { mesh, at, ring }, others, (narrow, slab), above);
             start = end;
         }
-        &self.added
+        Found { added: &self.added, beyond: &self.beyond }
     }
 
     /// The same for one of the loops; `others` are those before it and those after it.
@@ -212,10 +225,12 @@ impl Overhang {
             let around =
                 Around { mesh: border.mesh, cluster: border.at, border: places, gaze, hull: &self.hull };
             let arc = Arc { seen: &self.seen, ends: (from, to), near: &self.near };
-            if !self.flood.look(around, arc, &mut wide) {
+            let before = self.beyond.mark();
+            if !self.flood.look(around, arc, &mut wide, &mut self.beyond) {
                 let arc = self.seen[from..=to].iter().map(|seen| seen.height);
                 let distance = self.aside(from, to).hypot(narrow.reach(arc));
                 if distance > raise_up_to {
+                    self.beyond.truncate(before);
                     self.add_corner(border, i + 1, border.farthest(from, to));
                     continue;
                 }

@@ -35,12 +35,30 @@ pub(super) struct Slab {
     extent: (f64, f64),
     /// What the bound is at least.
     least: f64,
+    /// How far the surface may be above the polygon, and the polygon above the surface, if that is known to be less.
+    supported: Option<[f64; 2]>,
 }
 
 impl Slab {
     /// How far polygon and surface may be from each other along its direction.
     pub(super) fn height(&self) -> f64 {
-        (self.extent.1 - self.border.0).max(self.border.1 - self.extent.0)
+        let [above, below] = self.apart();
+        above.max(below)
+    }
+
+    /// How far the surface may be above the polygon, and the polygon above the surface.
+    pub(super) fn apart(&self) -> [f64; 2] {
+        self.supported.unwrap_or([self.extent.1 - self.border.0, self.border.1 - self.extent.0])
+    }
+
+    /// Takes what was measured between planes that lean for what it may be.
+    pub(super) fn support(&mut self, apart: [f64; 2]) {
+        self.supported = Some(apart);
+    }
+
+    /// From the lowest to the highest of what it holds.
+    pub(super) fn thickness(&self) -> f64 {
+        self.extent.1.max(self.border.1) - self.extent.0.min(self.border.0)
     }
 
     /// How far cluster and polygon may be along its direction from points of some heights.
@@ -56,8 +74,10 @@ impl Slab {
     /// What the bound leaves to displaced vertices.
     pub(super) fn slack(&self) -> Slack {
         let along = self.bound() / RIDGE;
-        let room = [along - (self.border.1 - self.extent.0), along - (self.extent.1 - self.border.0)];
-        Slack::of_slab(self.stored, room, self.least, self.bound())
+        let [above, below] = self.apart();
+        let room = [along - below, along - above];
+        let slack = Slack::of_slab(self.stored, room, self.least, self.bound());
+        if self.supported.is_some() { slack.leaning() } else { slack }
     }
 
     /// Widens the extent to a height.
@@ -65,6 +85,12 @@ impl Slab {
     pub(super) fn add(&mut self, height: f64) {
         let (low, high) = self.extent;
         self.extent = (if height < low { height } else { low }, if height > high { height } else { high });
+    }
+
+    /// The least that its height could be by any planes over and under the border: no plane under the border is over its
+    /// highest vertex there, and none over it under the lowest one.
+    pub(super) fn least_height(&self) -> f64 {
+        (self.extent.1 - self.border.1).max(self.border.0 - self.extent.0).max(self.least / RIDGE)
     }
 
     /// Raises the bound to a distance.
@@ -89,7 +115,7 @@ impl Points<'_> {
         let border = self.all.extent(self.border.clone(), direction);
         let inside = self.all.extent(self.inside.clone(), direction);
         let extent = (inside.0.min(border.0), inside.1.max(border.1));
-        Slab { stored, direction, border, extent, least: 0.0 }
+        Slab { stored, direction, border, extent, least: 0.0, supported: None }
     }
 
     /// From the point of the polygon to that of the cluster, or the other way, that are farthest apart along the

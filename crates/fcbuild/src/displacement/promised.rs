@@ -9,7 +9,7 @@ use super::Displacement;
 use crate::arcs::ClusterTree;
 use crate::arcs::activity::Activity;
 use crate::arcs::loops::LAST;
-use crate::bounds::{NodeBounds, RIDGE};
+use crate::bounds::{AllSupports, Gaze, NodeBounds, RIDGE, farther};
 use crate::mesh::NONE;
 use crate::tree_order::TreeMesh;
 use fcgeom::{round_down, round_up};
@@ -35,7 +35,12 @@ pub(crate) fn unasked(mesh: &TreeMesh) -> Vec<AtomicU8> {
 
 /// Writes into each displacement the share that all clusters allow. The least of some numbers does not depend on the order
 /// in which threads find them.
-pub(crate) fn share_out(tree: ClusterTree<'_>, shares: &[AtomicU8], displaced: &mut [Displacement]) {
+pub(crate) fn share_out(
+    tree: ClusterTree<'_>,
+    supports: &AllSupports,
+    shares: &[AtomicU8],
+    displaced: &mut [Displacement],
+) {
     let mesh = tree.mesh;
     let limit = |v: usize, share: f64| {
         shares[v].fetch_min((share * f64::from(Displacement::WHOLE)) as u8, Ordering::Relaxed);
@@ -53,15 +58,15 @@ pub(crate) fn share_out(tree: ClusterTree<'_>, shares: &[AtomicU8], displaced: &
         if tree.splits[node].joins_components || !tree.nodes[node].bound.is_finite() {
             return;
         }
-        let Memory { border, heights } = memory;
+        let Memory { border, heights, apart } = memory;
         let border = tree.loops.read(node, border);
-        let cluster = Cluster::new(tree, node, border, heights);
-        for (h, height) in border.iter().zip(heights) {
+        let cluster = Cluster::new(tree, supports, node, (border, heights), apart);
+        for (h, apart) in border.iter().zip(apart) {
             let v = mesh.origin(h & !LAST) as usize;
             let now = shares[v].load(Ordering::Relaxed);
-            if now > 0 && !cluster.allows_all(*height, reaches[v], displaced[v], of_whole(now)) {
+            if now > 0 && !cluster.allows_all(*apart, reaches[v], displaced[v], of_whole(now)) {
                 let vertex = Vertex::new(displaced[v], &tree.keys[v]);
-                let share = cluster.share(&vertex, *height, of_whole(now));
+                let share = cluster.share(&vertex, *apart, of_whole(now));
                 if share < of_whole(now) {
                     limit(v, share);
                 }
@@ -81,11 +86,13 @@ fn of_whole(share: u8) -> f64 {
     f64::from(share) / f64::from(Displacement::WHOLE)
 }
 
-/// What is used again for each cluster: its border, and how high the vertices of that lie.
+/// What is used again for each cluster: its border, how high the vertices of that lie, and how far each may be above the
+/// surface and below it.
 #[derive(Default)]
 struct Memory {
     border: Vec<u32>,
     heights: Vec<f64>,
+    apart: Vec<[f64; 2]>,
 }
 
 /// A cluster as its vertices see it.
@@ -93,60 +100,88 @@ struct Cluster<'a> {
     node: &'a NodeBounds,
     bound: f64,
     direction: DVec3,
-    /// Heights between which its border lies.
-    low: f64,
-    high: f64,
-    /// At its bound: how far vertices may go along the direction, less the room above the highest one and below the lowest
-    /// one; and how far they may go at all.
-    less_room: [f64; 2],
+    /// What is allowed is divided by that along the direction: more where planes lean.
+    divided: f64,
+    /// At its bound: how far from the surface a vertex may be along the direction, and how far it may go at all.
+    most: f64,
     step: f64,
 }
 
 impl Cluster<'_> {
-    /// Also fills in how high the vertices of its border lie.
-    fn new<'a>(tree: ClusterTree<'a>, node: usize, border: &[u32], heights: &mut Vec<f64>) -> Cluster<'a> {
+    /// Also fills in how far each vertex of its border is above the surface and below it, at most, where the vertex counts
+    /// for points of the polygon. The heights are memory.
+    fn new<'a>(
+        tree: ClusterTree<'a>,
+        supports: &AllSupports,
+        node: usize,
+        (border, heights): (&[u32], &mut Vec<f64>),
+        apart: &mut Vec<[f64; 2]>,
+    ) -> Cluster<'a> {
         let own = &tree.nodes[node];
-        let direction = own.slack.direction();
-        heights.clear();
+        let (bound, slack) = (f64::from(own.bound), &own.slack);
+        let direction = slack.direction();
+        // The same of all of the border.
+        let all = slack.room(bound, bound).map(|room| bound / RIDGE - room);
+        apart.clear();
         if own.from_corners {
             // Nothing is measured along a direction.
-            heights.resize(border.len(), 0.0);
-        } else {
-            let place = |h: &u32| tree.mesh.positions[tree.mesh.origin(h & !LAST) as usize].as_dvec3();
-            heights.extend(border.iter().map(|h| direction.dot(place(h))));
+            apart.resize(border.len(), [0.0; 2]);
+            return Cluster::around(own, 1.0);
         }
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for &height in &*heights {
-            low = if height < low { height } else { low };
-            high = if height > high { height } else { high };
+        if !slack.leans {
+            let [low, high] = look_along(tree.mesh, border, direction, heights);
+            apart.extend(heights.iter().map(|height| [all[0] - (high - height), all[1] - (height - low)]));
+            return Cluster::around(own, 1.0);
         }
-        Cluster::around(own, direction, low, high)
+        // Whatever is measured between a pair of planes must be near enough; the steps count as much as where planes lean
+        // the most.
+        apart.resize(border.len(), [f64::NEG_INFINITY; 2]);
+        let gaze = Gaze::along(direction);
+        let supports = supports.of_node(node);
+        for support in supports {
+            let farther = farther(support.slope());
+            let [low, high] = look_along(tree.mesh, border, gaze.leant(support.slope()), heights);
+            let own = support.apart([all[1], all[0]]);
+            for (apart, height) in apart.iter_mut().zip(&*heights) {
+                apart[0] = apart[0].max(own[1] - farther * (high - height));
+                apart[1] = apart[1].max(own[0] - farther * (height - low));
+            }
+        }
+        let farthest = supports.iter().map(|support| farther(support.slope())).fold(1.0, f64::max);
+        apart.iter_mut().flatten().for_each(|apart| *apart /= farthest);
+        Cluster::around(own, farthest)
     }
 
-    fn around(node: &NodeBounds, direction: DVec3, low: f64, high: f64) -> Cluster<'_> {
+    fn around(node: &NodeBounds, farthest: f64) -> Cluster<'_> {
         let (bound, slack) = (f64::from(node.bound), &node.slack);
-        let less_room = slack.room(bound, bound).map(|room| bound / RIDGE - room);
-        Cluster { node, bound, direction, low, high, less_room, step: slack.step(bound, bound) }
+        let divided = RIDGE * farthest;
+        let (most, step) = (bound / divided, slack.step(bound, bound));
+        Cluster { node, bound, direction: slack.direction(), divided, most, step }
     }
 
-    /// Whether it is sure to allow this share of all steps to a vertex of its border: sooner seen than how much it allows.
+    /// Whether it is sure to allow this share of all steps to a vertex that is so far above the surface and below it: sooner
+    /// seen than how much it allows.
     ///
     /// Where more is allowed than the bound, there is as much more room on all sides.
     #[inline]
-    fn allows_all(&self, height: f64, reach: Reach, displacement: Displacement, share: f64) -> bool {
-        let lowest = self.less_room[0] - (self.high - height);
-        let highest = self.less_room[1] - (height - self.low);
-        let off = if self.node.from_corners { 0.0 } else { lowest.abs().max(highest.abs()) };
+    fn allows_all(
+        &self,
+        [above, below]: [f64; 2],
+        reach: Reach,
+        displacement: Displacement,
+        share: f64,
+    ) -> bool {
+        let off = above.abs().max(below.abs());
         // Wherever the steps go.
         let allows_long = |length: f64, more: f64| {
             let length = length * (1.0 + ROUNDING);
-            length <= self.step + more && off + length <= (self.bound + more) / RIDGE
+            length <= self.step + more && off + length <= self.most + more / self.divided
         };
         let allows = |step: [f64; 3], unit: f64| {
             let step = DVec3::from_array(step) * unit;
-            let (most, square, up) = (self.bound / RIDGE, step.length_squared(), step.dot(self.direction));
+            let (most, square, up) = (self.most, step.length_squared(), step.dot(self.direction));
             let across = (square - up * up).max(0.0);
-            let (from_lowest, from_highest) = (lowest + up, highest - up);
+            let (from_lowest, from_highest) = (above + up, below - up);
             let farthest = (from_lowest * from_lowest).max(from_highest * from_highest) + across;
             farthest * (1.0 + ROUNDING) <= most * most && square * (1.0 + ROUNDING) <= self.step * self.step
         };
@@ -163,28 +198,37 @@ impl Cluster<'_> {
     }
 
     /// The share that the cluster allows to a vertex of its border, at most 1; 1 for any from `now` on.
-    fn share(&self, vertex: &Vertex, height: f64, now: f64) -> f64 {
+    fn share(&self, vertex: &Vertex, [above, below]: [f64; 2], now: f64) -> f64 {
         let slack = &self.node.slack;
         vertex.share(self.bound, |step, allowed| {
-            let (length, most) = (step.length(), allowed / RIDGE);
+            let (length, most) = (step.length(), allowed / self.divided);
             let beside = slack.step(self.bound, allowed) / length;
             if self.node.from_corners {
                 return beside;
             }
             let up = step.dot(self.direction);
             let across = (length * length - up * up).max(0.0);
-            // Above the vertex there is so much room, below it the other; the surface is never farther than what is left.
-            let [above, below] = slack.room(self.bound, allowed);
-            let from_lowest = most - above - (self.high - height);
-            let from_highest = most - below - (height - self.low);
             // Most steps are allowed as they are: that is sooner seen than how far they might go.
-            let ends = |below: f64, up: f64| (below + now * up).powi(2) + now * now * across;
-            if ends(from_lowest, up).max(ends(from_highest, -up)) <= most * most && now <= beside {
+            let ends = |off: f64, up: f64| (off + now * up).powi(2) + now * now * across;
+            if ends(above, up).max(ends(below, -up)) <= most * most && now <= beside {
                 return 1.0;
             }
-            beside.min(reaching(most, from_lowest, up, across)).min(reaching(most, from_highest, -up, across))
+            beside.min(reaching(most, above, up, across)).min(reaching(most, below, -up, across))
         })
     }
+}
+
+/// Fills in how high the vertices of a border lie along a vector; returns the lowest and the highest of the heights.
+fn look_along(mesh: &TreeMesh, border: &[u32], along: DVec3, heights: &mut Vec<f64>) -> [f64; 2] {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    heights.clear();
+    heights.extend(border.iter().map(|h| {
+        let height = along.dot(mesh.positions[mesh.origin(h & !LAST) as usize].as_dvec3());
+        low = if height < low { height } else { low };
+        high = if height > high { height } else { high };
+        height
+    }));
+    [low, high]
 }
 
 /// The largest share of a step, `up` high and across by this length squared, that ends within `most` of a point which is
@@ -312,14 +356,15 @@ mod tests {
             let mut node =
                 NodeBounds { bound: 1.0, from_corners: random(0.0, 1.0) < 0.2, ..NodeBounds::UNKNOWN };
             node.raise_bound(random(1.0, 3.0) as f32);
-            let direction = node.slack.direction();
-            let cluster = Cluster::around(&node, direction, 0.0, random(0.0, 1.5));
+            let cluster = Cluster::around(&node, random(1.0, 1.2));
+            let apart =
+                [0; 2].map(|_| if node.from_corners { 0.0 } else { random(-0.5, 1.0) * cluster.most });
             let mut step = || [0; 3].map(|_| random(-0.5, 0.5));
             let displacement = Displacement::encode([step(), step()], ShortFloat::up(1.0));
             let vertex = Vertex { displacement, bound: random(0.5, 12.0), budget: random(0.1, 3.0) };
-            let (height, share) = (random(0.0, cluster.high), random(0.1, 1.0));
-            let allowed = cluster.share(&vertex, height, share);
-            if cluster.allows_all(height, vertex.reach(), displacement, share) {
+            let share = random(0.1, 1.0);
+            let allowed = cluster.share(&vertex, apart, share);
+            if cluster.allows_all(apart, vertex.reach(), displacement, share) {
                 at_once += 1;
                 assert!(allowed >= share, "{allowed} of {share}");
             } else if allowed < share {
