@@ -79,7 +79,7 @@ fn enough_memory_for_a_frame_changes_no_pixel_and_pages_come_and_go() {
     let views = cameras(&scene);
     let pages = total(&scene) / 4;
     for color in [ColorMode::Shaded, ColorMode::Clusters] {
-        let how = FrameOptions { color, detail: Detail::Pixels(2.0), ..options() };
+        let how = FrameOptions { color, detail: Detail::Pixels(1.75), ..options() };
         let whole = draw(&mut Renderer::new(model::gpu(), &scene).unwrap(), &scene, &views, &how);
         let mut renderer = limited(&scene, pages);
         let some = draw(&mut renderer, &scene, &views, &how);
