@@ -46,7 +46,7 @@ pub struct Curves {
 
 /// Raises the records of vertices until the chords of curves are near them: within the tolerance in the order of bounds,
 /// and in the budget order where what they cut off is worth a vertex.
-pub(crate) fn straighten(mesh: &TreeMesh, stretches: &[Stretch], records: &mut [Activity]) {
+pub fn straighten(mesh: &TreeMesh, stretches: &[Stretch], records: &mut [Activity]) {
     // What the budget order asks for makes vertices be drawn in larger spheres, which the order of bounds must know.
     for order in [Order::Budget, Order::Bound] {
         let mut found = Vec::new();
