@@ -75,8 +75,9 @@ const MAX_DEPTH: u32 = 60;
 /// point is raised: keys only grow, and what they were raised for before still holds, since the chords inside a stretch
 /// are looked at with the keys that it leaves.
 ///
-/// In views, keys are held against the tolerances around spheres. A point whose key is limited by that of an end must be
-/// drawn wherever the end is, so it gets the sphere too in which that is `drawn` already.
+/// In views, keys are held against the tolerances around spheres, and `drawn` tells those that points have already. A
+/// point that breaks a chord must be drawn wherever one of those is that it is drawn before, and one whose key is limited
+/// by that of an end wherever the end is: each gets their spheres too.
 ///
 /// # Paper
 /// [Douglas and Peucker 1973] is the case in which all keys are 0 at first.
