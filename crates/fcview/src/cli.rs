@@ -111,9 +111,10 @@ pub struct Cli {
     /// Draw only the nearest part, which is drawn first and hides the rest
     #[arg(long, requires = "headless")]
     pub only_occluders: bool,
-    /// About so many occlusion queries a frame: more hide more and take longer
-    #[arg(long, value_name = "N", default_value_t = 1024, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub queries: u32,
+    /// About so many occlusion queries a frame: more hide more and take longer [default: 1024, or 8192 where a look at the
+    /// depth answers]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub queries: Option<u32>,
     /// Draw the polygons that occlusion queries ask about: red around what is hidden, blue around what may show
     #[arg(long)]
     pub show_questions: bool,
@@ -242,7 +243,7 @@ impl Cli {
             wireframe: self.wireframe,
             only_occluders: self.only_occluders,
             show_questions: self.show_questions,
-            queries: self.queries as usize,
+            queries: self.queries.map(|queries| queries as usize),
             measure: self.headless,
             ..FrameOptions::default()
         }
@@ -334,7 +335,7 @@ mod tests {
         };
         assert_eq!(cli.frame_options(), expected);
         let asking = parse("a.fct --show-questions --queries 99").unwrap().frame_options();
-        assert!(asking.show_questions && asking.queries == 99);
+        assert!(asking.show_questions && asking.queries == Some(99));
         assert_eq!(cli.camera, CameraFlag::Fly);
         let recorded = parse("a.fct --headless --camera way.json").unwrap();
         assert_eq!(recorded.camera, CameraFlag::Path("way.json".into()));

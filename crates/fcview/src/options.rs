@@ -64,13 +64,10 @@ pub struct FrameOptions {
     pub two_sided: bool,
     /// How hidden parts are left out.
     pub occlusion: Occlusion,
-    /// About the number of pieces that a frame is divided into under occlusion culling, each of which takes a query
-    /// unless its instance is hidden as a whole. More hide more and cost more.
-    pub queries: usize,
-    /// Rounds in which a frame is drawn under occlusion culling, nearest pieces first: each asks which of its instances
-    /// and pieces the earlier ones hide, before they are cut. More hide more; each waits
-    /// for its answers twice, or once where the depth is looked at.
-    pub rounds: u32,
+    /// About the number of pieces that a frame is divided into under occlusion culling, each of which is asked about
+    /// unless its instance is hidden as a whole. More hide more and cost more. None: [`FrameOptions::LOOKS`] where
+    /// the depth is looked at, and [`FrameOptions::QUERIES`] elsewhere.
+    pub queries: Option<usize>,
     /// What colours the surface.
     pub color: ColorMode,
     /// Draw the edges of all triangles too.
@@ -88,6 +85,22 @@ pub struct FrameOptions {
     pub depth: bool,
 }
 
+impl FrameOptions {
+    /// Pieces of a frame where a question takes a look at the depth: at one pixel seven tenths and more are left out of
+    /// what a test of every triangle would find hidden.
+    pub const LOOKS: usize = 8192;
+
+    /// Pieces of a frame where a question takes an occlusion query.
+    pub const QUERIES: usize = 1024;
+
+    /// Rounds in which a frame of about so many pieces is drawn under occlusion culling, nearest pieces first: each asks
+    /// which of its instances and pieces the earlier ones hide, before they are cut. More hide more; each waits for its
+    /// answers twice, or once where the depth is looked at.
+    pub(crate) fn rounds(pieces: usize) -> u32 {
+        (pieces / 512).clamp(4, 32) as u32
+    }
+}
+
 impl Default for FrameOptions {
     fn default() -> FrameOptions {
         FrameOptions {
@@ -98,8 +111,7 @@ impl Default for FrameOptions {
             backface: true,
             two_sided: false,
             occlusion: Occlusion::Exact,
-            queries: 1024,
-            rounds: 4,
+            queries: None,
             color: ColorMode::Shaded,
             wireframe: false,
             only_occluders: false,

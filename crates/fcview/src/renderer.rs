@@ -193,6 +193,10 @@ impl Renderer {
             None => view,
         };
         self.prepare(options)?;
+        // Not by what is culled: a picture with and without occlusion culling is divided in the same way.
+        let pays =
+            if self.looks_at_depth(options.samples) { FrameOptions::LOOKS } else { FrameOptions::QUERIES };
+        let options = &FrameOptions { queries: options.queries.or(Some(pays)), ..*options };
         let fit = self.fit_into_memory(scene, &chooser, &view, options)?;
         let asked = options.detail;
         let options = &FrameOptions { detail: fit.detail, ..*options };
@@ -291,6 +295,11 @@ impl Renderer {
             self.pipelines = Some(Pipelines::new(&self.gpu.device, &self.frame_layout, kind));
         }
         self.gpu.check()
+    }
+
+    /// Whether questions may be answered by a look at the depth: a program draws, one sample a pixel.
+    fn looks_at_depth(&self, samples: u32) -> bool {
+        self.software && samples == 1 && self.gpu.copies_depth()
     }
 
     /// Hands the view and the instances to the GPU. Returns where the instances lie.

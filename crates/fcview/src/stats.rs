@@ -191,7 +191,8 @@ pub struct SettingStats {
     /// `--occlusion`: `exact` or `off`.
     pub occlusion: &'static str,
     /// `--queries`.
-    pub queries: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub queries: Option<u32>,
     /// `--color`: `shaded`, `clusters`, `depth` or `level`.
     pub color: &'static str,
     /// `--wireframe` is on.

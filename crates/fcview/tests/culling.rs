@@ -14,8 +14,7 @@ const EVERYTHING: FrameOptions = FrameOptions {
     backface: false,
     two_sided: false,
     occlusion: Occlusion::Off,
-    queries: 4096,
-    rounds: 4,
+    queries: Some(4096),
     color: ColorMode::Shaded,
     wireframe: false,
     only_occluders: false,
@@ -139,7 +138,7 @@ fn the_questions_are_drawn_over_the_same_picture_where_there_are_any() {
     for samples in [1, 4] {
         let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
         for occlusion in [Occlusion::Off, Occlusion::Exact] {
-            let without = FrameOptions { occlusion, samples, queries: 256, ..EVERYTHING };
+            let without = FrameOptions { occlusion, samples, queries: Some(256), ..EVERYTHING };
             let with = FrameOptions { show_questions: true, ..without };
             let (plain, before) = renderer.render(&scene, &camera, &without).unwrap();
             let (lined, stats) = renderer.render(&scene, &camera, &with).unwrap();

@@ -48,13 +48,8 @@ fn cameras(scene: &Scene) -> Vec<(&'static str, Camera)> {
 #[test]
 fn queries_remove_seven_tenths_of_what_a_test_of_every_triangle_would() {
     // Fine pieces and many rounds: the most that the method does, not the fastest.
-    let fine = FrameOptions {
-        size: [640, 360],
-        queries: 32_768,
-        rounds: 32,
-        measure: true,
-        ..FrameOptions::default()
-    };
+    let fine =
+        FrameOptions { size: [640, 360], queries: Some(32_768), measure: true, ..FrameOptions::default() };
     let scene = Scene::placed(vec![sculpture()], 16, 3);
     let mut renderer = Renderer::new(model::gpu(), &scene).unwrap();
     for (level, detail) in [("1 pixel", Detail::Pixels(1.0)), ("full resolution", Detail::Full)] {
@@ -83,7 +78,8 @@ fn queries_remove_seven_tenths_of_what_a_test_of_every_triangle_would() {
             assert_eq!(census.wrong + few.wrong, 0, "{level}, {view}: triangles that show were removed");
             assert_eq!(culled.differing_pixels(&whole), Some(0), "{level}, {view}: the pictures differ");
             assert_eq!(culled.depth, whole.depth, "{level}, {view}: the depths differ");
-            assert!(usual >= 0.15, "{level}, {view}: with the usual options the queries remove {usual:.2}");
+            let least = if detail == Detail::Full { 0.55 } else { 0.65 };
+            assert!(usual >= least, "{level}, {view}: with the usual options the queries remove {usual:.2}");
             assert!(share >= 0.70, "{level}, {view}: the queries remove {share:.2} of what is hidden");
         }
     }

@@ -33,7 +33,7 @@ fn scene() -> Scene {
 }
 
 fn options() -> FrameOptions {
-    FrameOptions { size: [192, 120], queries: 256, rounds: 4, ..FrameOptions::default() }
+    FrameOptions { size: [192, 120], queries: Some(256), ..FrameOptions::default() }
 }
 
 /// Views from around the scene and from within.

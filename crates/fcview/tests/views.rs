@@ -87,7 +87,7 @@ fn drawn_otherwise(
     };
     let count = got.rgba.len() / 4;
     let mut left: Vec<usize> = (0..count).filter(|k| pixel(expected, *k) != pixel(got, *k)).collect();
-    for queries in [50, 300, 2_000, 5_000, 20_000] {
+    for queries in [50, 300, 2_000, 5_000, 20_000].map(Some) {
         let (whole, _) = renderer.render(scene, camera, &FrameOptions { queries, ..*nothing }).unwrap();
         left.retain(|k| pixel(&whole, *k) != pixel(got, *k));
     }

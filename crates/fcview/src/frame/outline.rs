@@ -48,6 +48,12 @@ impl Screen {
         }
     }
 
+    /// Where a point of the model is seen, in clip space; none unless it is before the eye.
+    pub(crate) fn clip(&self, point: DVec3) -> Option<DVec4> {
+        let clip = self.clip_from_model * point.extend(1.0);
+        (clip.w > self.near).then_some(clip)
+    }
+
     /// The octagon around some points of the model, or `None` if there is none that is safe; the piece then counts as
     /// visible. `scratch` is overwritten.
     pub(crate) fn octagon(

@@ -16,6 +16,9 @@ pub(crate) struct Piece {
     pub(crate) placed: u32,
     /// The subtree.
     pub(crate) part: Part,
+    /// A sphere around it, in the model's coordinates.
+    pub(crate) center: DVec3,
+    pub(crate) radius: f64,
     /// Distance of the eye from the subtree's sphere, in the scene's unit; negative inside.
     pub(crate) near: f64,
     /// That distance in steps: what is drawn first.
@@ -91,7 +94,17 @@ fn divide_one(scene: &Scene, plan: &Plan, piece: &Piece, stats: &mut Stats) -> R
             let near = reckoning.near(center, radius).max(piece.near);
             let triangles = reckoning.triangles(center, radius, part.subtree.face_count());
             let band = reckoning.band(near);
-            out.push(Piece { part, near, band, middle: band, triangles, divided: true, ..*piece });
+            out.push(Piece {
+                part,
+                center,
+                radius,
+                near,
+                band,
+                middle: band,
+                triangles,
+                divided: true,
+                ..*piece
+            });
         })
         .map_err(|source| Error::Extract { model: model.name.clone(), source })?;
     Ok(out)

@@ -15,6 +15,8 @@ use glam::DVec3;
 pub(crate) struct Plan {
     /// The instances in sight; the others are not looked at.
     pub(crate) placed: Vec<Placed>,
+    /// About so many pieces.
+    pub(crate) pieces: usize,
     /// Pieces are divided until they draw about this many triangles.
     pub(crate) piece_triangles: f64,
 }
@@ -100,7 +102,8 @@ impl Plan {
             placed.reckoning.bands = bands;
             placed.reckoning.density = density;
         }
-        plan.piece_triangles = (triangles / options.queries.max(1) as f64).max(FEWEST_TRIANGLES);
+        plan.pieces = options.queries.unwrap_or(FrameOptions::QUERIES).max(1);
+        plan.piece_triangles = (triangles / plan.pieces as f64).max(FEWEST_TRIANGLES);
         Ok(plan)
     }
 
@@ -144,6 +147,8 @@ impl Plan {
             Some(Piece {
                 placed: number,
                 part: Part::whole(&model.tree, &placed.selection),
+                center: model.center,
+                radius: model.radius,
                 near,
                 band: placed.reckoning.band(near),
                 middle: placed.reckoning.band(near + placed.reckoning.scale * model.radius),

@@ -12,12 +12,11 @@ use super::passes::Ends;
 use super::{Frame, Renderer, lap};
 use crate::Error;
 use crate::frame::pieces::{self, Piece};
-use crate::frame::questions::{Question, questions};
+use crate::frame::questions::{Asking, Question};
 use crate::gpu::occlusion::PolygonList;
 use crate::gpu::readback;
-use crate::options::Occlusion;
+use crate::options::{FrameOptions, Occlusion};
 use crate::stats::FrameStats;
-use rayon::prelude::*;
 use std::time::Instant;
 
 impl Renderer {
@@ -33,7 +32,7 @@ impl Renderer {
         self.drawn.clear();
         self.outlines.clear();
         let rounds = match frame.options.occlusion {
-            Occlusion::Exact | Occlusion::Queries => frame.options.rounds.max(1),
+            Occlusion::Exact | Occlusion::Queries => FrameOptions::rounds(frame.plan.pieces),
             Occlusion::Off => 1,
         };
         let mut waiting = frame.plan.whole(frame.scene);
@@ -105,19 +104,16 @@ impl Renderer {
         pieces: Vec<Piece>,
         stats: &mut FrameStats,
     ) -> Result<Vec<Piece>, Error> {
-        let asked = questions(frame.scene, frame.view, frame.plan, &pieces);
-        let answers = self.answers(frame, &asked)?;
-        stats.counts.queries += answers.len() as u64;
-        let mut answers = answers.into_iter();
+        let answered = self.answered(frame, &pieces)?;
         let mut shown = Vec::with_capacity(pieces.len());
-        for (piece, question) in pieces.into_iter().zip(&asked) {
-            let is_hidden = question.is_some() && answers.next() == Some(false);
+        stats.counts.queries += answered.len() as u64;
+        for (piece, (question, is_shown)) in pieces.into_iter().zip(&answered) {
             if let Some(question) = question
                 && frame.options.show_questions
             {
-                self.outlines.add(question.corners(), is_hidden);
+                self.outlines.add(question.corners(), !is_shown);
             }
-            if !is_hidden {
+            if *is_shown {
                 shown.push(piece);
                 continue;
             }
@@ -128,28 +124,37 @@ impl Renderer {
         Ok(shown)
     }
 
-    /// Whether the polygons that are asked about may show.
-    fn answers(&mut self, frame: &Frame<'_>, asked: &[Option<Question>]) -> Result<Vec<bool>, Error> {
-        let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else { return Ok(Vec::new()) };
-        let looks = frame.options.occlusion == Occlusion::Exact
-            && self.software
-            && target.samples == 1
-            && self.gpu.copies_depth();
-        if !looks {
+    /// What was asked about each of some pieces, and whether it may show.
+    fn answered(
+        &mut self,
+        frame: &Frame<'_>,
+        pieces: &[Piece],
+    ) -> Result<Vec<(Option<Question>, bool)>, Error> {
+        let asking = Asking::new(frame.scene, frame.view, frame.plan);
+        let (Some(pipelines), Some(target)) = (&self.pipelines, &self.target) else {
+            return Ok(pieces.iter().map(|_| (None, true)).collect());
+        };
+        if frame.options.occlusion == Occlusion::Queries || !self.looks_at_depth(target.samples) {
+            let asked = asking.questions(pieces);
             let mut polygons = PolygonList::default();
             for question in asked.iter().flatten() {
                 polygons.push(question.corners());
             }
-            return self.queries.visible(&self.gpu, pipelines, target, &polygons);
+            let mut answers = self.queries.visible(&self.gpu, pipelines, target, &polygons)?.into_iter();
+            let answer = |question: Option<Question>| {
+                let is_shown = question.is_none() || answers.next() != Some(false);
+                (question, is_shown)
+            };
+            return Ok(asked.into_iter().map(answer).collect());
         }
-        if !self.depths_are_current && asked.iter().any(Option::is_some) {
+        if !self.depths_are_current && !pieces.is_empty() {
             let depths = &mut self.depths;
             readback::depth_rows(&self.gpu, target, &mut self.depth_staging, |rows, row| {
                 depths.fill(target.size, rows, row);
             })?;
             self.depths_are_current = true;
         }
-        Ok(asked.par_iter().flatten().map(|question| self.depths.show(question.corners())).collect())
+        Ok(asking.answered(pieces, &self.depths, frame.options.show_questions))
     }
 }
 
