@@ -61,6 +61,7 @@ mod section;
 mod short_float;
 #[cfg(feature = "command")]
 mod size;
+mod small_loops;
 mod subtree;
 mod tree;
 mod verify;

@@ -4,9 +4,10 @@ use zerocopy::little_endian::U32;
 
 use crate::child::ChildRef;
 use crate::error::{Error, Violation};
-use crate::loops::{Loops, follow_faces, read_stored, read_top};
+use crate::loops::{Loops, read_stored, read_top};
 use crate::records::{NodeRecord, PageRecord, SMALL_FACES, STORES_LOOPS};
 use crate::rule::Rule;
+use crate::small_loops::follow_faces;
 use crate::subtree::{Place, Subtree};
 use crate::walk::{Broken, Reader, to_index};
 

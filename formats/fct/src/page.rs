@@ -7,12 +7,13 @@ use zerocopy::IntoBytes;
 use zerocopy::little_endian::U32;
 
 use crate::child::{Child, ChildRef};
-use crate::loops::{follow_small, read_stored};
+use crate::loops::read_stored;
 use crate::node::{ConeFrame, Node};
 use crate::outline::stores_loops;
 use crate::plane::PlaneFrame;
 use crate::records::{NodeRecord, PageRecord, SMALL_FACES, STORES_LOOPS, VertexRecord};
 use crate::short_float::ShortFloat;
+use crate::small_loops::follow_small;
 use crate::subtree::{Place, Subtree};
 use crate::walk::{Reader, to_index};
 

@@ -1,27 +1,28 @@
 //! The application: events in, frames out.
 
+mod actions;
+mod events;
+mod names;
+
 use super::chooser::Chooser;
-use super::input::{self, Action, Mouse};
-use super::navigation::{Mode, Navigation};
+use super::input::Mouse;
+use super::navigation::Navigation;
 use super::outline;
 use super::panel::{Panel, Wishes};
 use super::recording::Recording;
 use super::screen::{Overlay, Screen, Shown};
 use super::watch::Watch;
 use crate::cli::Cli;
-use crate::headless::{open_scene, software_warning};
-use crate::pick::pick;
+use crate::headless::software_warning;
 use crate::recovery::{Misfortune, Recovery, Remedy};
 use crate::renderer::Renderer;
 use crate::{Camera, Error, Scene};
-use std::path::{Path, PathBuf};
+use names::{fitting, free_name, title};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
-use winit::application::ApplicationHandler;
-use winit::dpi::{PhysicalPosition, PhysicalSize};
-use winit::event::{ElementState, KeyEvent, StartCause, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::window::{Fullscreen, Window, WindowId};
+use winit::event_loop::ActiveEventLoop;
+use winit::window::Window;
 
 /// Complaints of the driver in a row after which the run gives up: one may come of a moment's state of the window.
 const COMPLAINTS: u32 = 3;
@@ -231,175 +232,19 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Does what the panel's buttons ask for.
-    fn grant(&mut self, wishes: Wishes) {
-        if let Some(mode) = wishes.mode {
-            self.navigation.set_mode(mode, &self.scene);
-        }
-        for (wished, action) in [
-            (wishes.fit, Action::Fit),
-            (wishes.reset, Action::Reset),
-            (wishes.screenshot, Action::Screenshot),
-            (wishes.record, Action::Record),
-            (wishes.open, Action::Open),
-        ] {
-            if wished {
-                self.act(action);
-            }
-        }
-    }
-
-    /// Does what a key or a button asks for.
-    fn act(&mut self, action: Action) {
-        match action {
-            Action::SwitchMode => {
-                let other = if self.navigation.mode() == Mode::Orbit { Mode::Fly } else { Mode::Orbit };
-                self.navigation.set_mode(other, &self.scene);
-            }
-            Action::Fit => {
-                let fitted =
-                    self.navigation.fitted(&self.scene.extremes(), self.cli.field_of_view(), self.aspect());
-                self.navigation = fitted;
-            }
-            Action::Reset => self.reset(),
-            Action::Turn => {
-                self.navigation.set_mode(Mode::Orbit, &self.scene);
-                self.navigation.turning = !self.navigation.turning;
-            }
-            Action::Freeze => {
-                self.panel.frozen = !self.panel.frozen;
-                // At once: the next frame may see the camera elsewhere already.
-                self.panel.options.frozen = self.panel.frozen.then(|| self.navigation.camera());
-            }
-            Action::Coarser => drop(self.panel.coarsen(1.25)),
-            Action::Finer => drop(self.panel.coarsen(0.8)),
-            Action::NextColor => self.panel.next_color(),
-            Action::Wireframe => self.panel.options.wireframe = !self.panel.options.wireframe,
-            Action::Screenshot => self.saving = true,
-            Action::Record => self.record(),
-            Action::Open => self.chooser.toggle(),
-            Action::Panel => self.panel.shown = !self.panel.shown,
-            Action::FullScreen => {
-                if let Some(screen) = &self.screen {
-                    let full = screen.window.fullscreen().is_none();
-                    screen.window.set_fullscreen(full.then_some(Fullscreen::Borderless(None)));
-                }
-            }
-            Action::Quit => {}
-        }
-        self.redraw();
-    }
-
-    /// Turns around what is under the mouse from now on.
-    fn turn_around(&mut self, place: PhysicalPosition<f64>) {
-        let size = self.panel.options.size;
-        let camera = self.navigation.camera();
-        let Ok(view) = camera.view(size, self.scene.near(camera.eye)) else { return };
-        let [width, height] = size.map(f64::from);
-        let right = view.pixel * (place.x - 0.5 * width);
-        let up = view.pixel * (0.5 * height - place.y);
-        let Some(ray) = (view.forward + right * view.right + up * view.up).try_normalize() else { return };
-        if let Some(point) = pick(&self.scene, camera.eye, ray, self.panel.options.two_sided) {
-            self.navigation.turn_around(point);
-            self.redraw();
-        }
-    }
-
-    /// The first view of the scene.
-    fn reset(&mut self) {
-        let fov = self.cli.field_of_view();
-        self.navigation = Navigation::facing(&self.scene.extremes(), fov, self.aspect());
-    }
-
-    /// Width over height of the picture.
-    fn aspect(&self) -> f64 {
-        let [width, height] = self.panel.options.size.map(f64::from);
-        width / height.max(1.0)
-    }
-
-    /// Shows other files, or the same ones anew with the camera where it is, unless their size or place is another. What is shown stays if they cannot be.
-    fn load(&mut self, files: Vec<PathBuf>, same: bool) -> Result<(), String> {
-        let cli = Cli { files, ..self.cli.clone() };
-        let loaded = open_scene(&cli).and_then(|scene| {
-            // The camera keeps its coordinates, so those of the scene begin where they did.
-            let scene = if same { scene.about(self.scene.origin) } else { scene };
-            if let Some(screen) = &mut self.screen {
-                let gpu = screen.renderer.gpu().clone();
-                screen.renderer = Renderer::with_memory(gpu, &scene, self.cli.gpu_memory)?;
-            }
-            Ok(scene)
-        });
-        let scene = loaded.map_err(|error| error.to_string()).inspect_err(|error| {
-            self.panel.message.clone_from(error);
-        })?;
-        let same = same && scene.fills_the_view_of(&self.scene);
-        self.scene = scene;
-        self.cli = cli;
-        self.panel.faces = self.scene.face_count();
-        self.panel.message = format!("opened {}", names(&self.cli.files));
-        self.watch = self.watch.is_some().then(|| Watch::new(&self.cli.files));
-        if let Some(screen) = &self.screen {
-            screen.window.set_title(&title(&self.cli.files));
-        }
-        if !same {
-            self.panel.frozen = false;
-            self.recording = None;
-            self.reset();
-        }
-        Ok(())
-    }
-
-    /// Begins a recording, or ends it and saves the path under the first free name.
-    fn record(&mut self) {
-        let camera = self.navigation.camera();
-        let Some(recording) = self.recording.take() else {
-            self.recording = Some(Recording::start(&camera));
-            return;
-        };
-        let path = free_name("fcview-path-", "json");
-        let saved = recording.finish(&camera).and_then(|recorded| {
-            let recorded = recorded.with_origin(self.scene.origin)?;
-            recorded.write(&path).map_err(|error| error.to_string())?;
-            Ok(format!("saved {}: {:.1} s", path.display(), recorded.seconds()))
-        });
-        self.panel.message = saved.unwrap_or_else(|error| error);
-    }
-
     fn redraw(&self) {
         if let Some(screen) = &self.screen {
             screen.window.request_redraw();
         }
     }
+}
 
-    /// A key went down or up.
-    fn key(&mut self, event_loop: &ActiveEventLoop, event: &KeyEvent, consumed: bool) {
-        let down = event.state == ElementState::Pressed;
-        // What is typed for the list means nothing else, also before its line of text has the keyboard.
-        let consumed = consumed || self.chooser.open;
-        let plain = !self.mouse.modifiers.control_key() && !self.mouse.modifiers.alt_key();
-        // A key that was held when the panel took the keyboard comes up all the same.
-        if let Some(toward) = input::toward(event)
-            && (!down || (plain && !consumed))
-        {
-            if !event.repeat {
-                self.navigation.hold(toward, down, &self.scene);
-            }
-            return self.redraw();
-        }
-        let action = input::action(&event.logical_key.as_ref(), self.mouse.modifiers);
-        if down && self.chooser.open && action == Some(Action::Quit) {
-            return self.act(Action::Open);
-        }
-        if !down || consumed {
-            return;
-        }
-        match action {
-            Some(Action::Quit) => event_loop.exit(),
-            // Held down, these change on and on; the others would flicker.
-            Some(action @ (Action::Coarser | Action::Finer)) => self.act(action),
-            Some(action) if !event.repeat => self.act(action),
-            _ => {}
-        }
+/// Saves the picture, without the panel, under the first free name. Returns what became of it.
+fn save(renderer: &Renderer) -> String {
+    let path = free_name("fcview-", "png");
+    match renderer.image(false).and_then(|image| image.write_png(&path)) {
+        Ok(()) => format!("saved {}", path.display()),
+        Err(error) => error.to_string(),
     }
 }
 
@@ -417,147 +262,4 @@ fn show_frozen(context: &egui::Context, scene: &Scene, camera: &Camera, panel: &
         .fold(0.0, f64::max);
     let painter = context.layer_painter(egui::LayerId::background());
     outline::draw(&painter, context.content_rect(), &view, frozen, width / height, depth);
-}
-
-/// Saves the picture, without the panel, under the first free name. Returns what became of it.
-fn save(renderer: &Renderer) -> String {
-    let path = free_name("fcview-", "png");
-    match renderer.image(false).and_then(|image| image.write_png(&path)) {
-        Ok(()) => format!("saved {}", path.display()),
-        Err(error) => error.to_string(),
-    }
-}
-
-/// The first name that no file has, with a number from 0 on.
-fn free_name(stem: &str, extension: &str) -> PathBuf {
-    let name = |number: u32| PathBuf::from(format!("{stem}{number}.{extension}"));
-    (0..100_000).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(100_000))
-}
-
-/// What files are called in a title or a message.
-fn names(files: &[PathBuf]) -> String {
-    let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    match files {
-        [] => "nothing".to_owned(),
-        [only] => name(only),
-        [first, rest @ ..] => format!("{} and {} more", name(first), rest.len()),
-    }
-}
-
-/// The window's title: what it shows, then the program.
-fn title(files: &[PathBuf]) -> String {
-    format!("{} - facetree", names(files))
-}
-
-/// A window's size, pixels, no larger than the monitor: beyond it, its panel and its edges are out of reach.
-fn fitting(size: [u32; 2], monitor: Option<PhysicalSize<u32>>) -> PhysicalSize<u32> {
-    let [width, height] = size;
-    match monitor {
-        // Some systems know a monitor but not its size.
-        Some(monitor) if monitor.width > 0 && monitor.height > 0 => {
-            PhysicalSize::new(width.min(monitor.width), height.min(monitor.height))
-        }
-        _ => PhysicalSize::new(width, height),
-    }
-}
-
-impl ApplicationHandler for App<'_> {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.screen.is_none()
-            && let Err(error) = self.open(event_loop, None)
-        {
-            self.fail(event_loop, error);
-        }
-    }
-
-    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
-        if matches!(cause, StartCause::ResumeTimeReached { .. }) {
-            if self.watch.as_mut().is_some_and(Watch::changed) {
-                // A failure is in the panel; the files may be whole the next time.
-                let _ = self.load(self.cli.files.clone(), true);
-            }
-            self.redraw();
-        }
-    }
-
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(screen) = &mut self.screen else { return };
-        let response = screen.egui.on_window_event(&screen.window, &event);
-        if response.repaint && event != WindowEvent::RedrawRequested {
-            screen.window.request_redraw();
-        }
-        match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::RedrawRequested => self.frame_or_remedy(event_loop),
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
-                screen.resize();
-                screen.window.request_redraw();
-            }
-            WindowEvent::Occluded(false) => screen.window.request_redraw(),
-            WindowEvent::Focused(false) => {
-                self.navigation.let_go();
-                self.mouse.left();
-            }
-            WindowEvent::ModifiersChanged(modifiers) => self.mouse.modifiers = modifiers.state(),
-            WindowEvent::CursorMoved { position, .. } => {
-                let height = screen.window.inner_size().height;
-                if self.mouse.moved(position, height, &mut self.navigation, &self.scene) {
-                    screen.window.request_redraw();
-                }
-            }
-            WindowEvent::MouseInput { state, button, .. } => {
-                if let Some(place) = self.mouse.button(button, state, !response.consumed) {
-                    self.turn_around(place);
-                }
-            }
-            WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
-                self.navigation.wheel(input::notches(delta));
-                screen.window.request_redraw();
-            }
-            WindowEvent::KeyboardInput { event, .. } => self.key(event_loop, &event, response.consumed),
-            WindowEvent::HoveredFile(path) => {
-                self.panel.message = format!("drop {} to open it", names(&[path]));
-                screen.window.request_redraw();
-            }
-            WindowEvent::HoveredFileCancelled => {
-                self.panel.message.clear();
-                screen.window.request_redraw();
-            }
-            WindowEvent::DroppedFile(path) => self.dropped.push(path),
-            _ => {}
-        }
-    }
-
-    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        if !self.dropped.is_empty() {
-            let files = std::mem::take(&mut self.dropped);
-            // A failure is in the panel, where the user looks.
-            let _ = self.load(files, false);
-            self.redraw();
-        }
-        let watch = self.watch.as_ref().map(Watch::next);
-        event_loop.set_control_flow(match self.wake.into_iter().chain(watch).min() {
-            Some(time) => ControlFlow::WaitUntil(time),
-            None => ControlFlow::Wait,
-        });
-    }
-
-    fn exiting(&mut self, _: &ActiveEventLoop) {
-        // The surface goes while its display is still there.
-        self.screen = None;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_title_names_the_files_and_the_window_fits_the_monitor() {
-        assert_eq!(title(&["a/scan.fct".into()]), "scan.fct - facetree");
-        assert_eq!(title(&["a.fct".into(), "b.fct".into(), "c.fct".into()]), "a.fct and 2 more - facetree");
-        let monitor = Some(PhysicalSize::new(1024, 768));
-        assert_eq!(fitting([1280, 720], monitor), PhysicalSize::new(1024, 720));
-        assert_eq!(fitting([1280, 720], None), PhysicalSize::new(1280, 720));
-    }
 }

@@ -10,8 +10,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 use super::crown::Crown;
-use super::load::{Chunk, Runs, Wanted, broken};
+use super::load::{Chunk, broken};
 use super::page::{Body, ChunkPage, OwnVertices, VertexRun};
+use super::runs::{Runs, Wanted};
 use crate::container::{Container, Spans, check_section_hash};
 use crate::error::{Error, Violation};
 use crate::header::{HEADER_LEN, Header};

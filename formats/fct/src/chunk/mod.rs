@@ -18,6 +18,7 @@ mod file;
 mod load;
 mod page;
 mod patch;
+mod runs;
 
 pub use build::ChunkData;
 pub(crate) use build::{Source, build};
