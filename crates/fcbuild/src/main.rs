@@ -12,7 +12,8 @@ fn main() -> ExitCode {
         Ok(flags) => cli::run(&flags),
         Err(error) => {
             // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
-            if error.use_stderr() && cli::is_json_asked_for(std::env::args_os()) {
+            let format = fct::MessageFormat::asked_for(std::env::args_os());
+            if error.use_stderr() && format == fct::MessageFormat::Json {
                 cli::tell_usage(&error.render().to_string());
             } else {
                 let _ = error.print();

@@ -5,7 +5,7 @@ use crate::scene::MAX_INSTANCES;
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, ValueEnum};
-use fct::Size;
+use fct::{MessageFormat, Size};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -125,6 +125,9 @@ pub struct Cli {
     /// Write counts and times of all frames; stats that are there are replaced, other files are not
     #[arg(long, value_name = "OUT.json", requires = "headless")]
     pub stats: Option<PathBuf>,
+    /// Form of errors and warnings: for people, or one JSON object a line
+    #[arg(long, value_name = "human|json", default_value = "human")]
+    pub message_format: MessageFormat,
     /// Show the files anew when they are replaced
     #[arg(long, conflicts_with = "headless")]
     pub watch: bool,

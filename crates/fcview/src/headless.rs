@@ -5,14 +5,12 @@ pub(crate) mod outputs;
 use crate::camera::Camera;
 use crate::camera_path::CameraPath;
 use crate::cli::{CameraFlag, Cli, ColorFlag, OcclusionFlag};
-use crate::inwards::looks_inwards;
 use crate::orbit::{Orbit, fly};
 use crate::recovery::Misfortune;
 use crate::scene::{Model, Scene};
-use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, coarser_in_words, median_total};
+use crate::stats::{AdapterStats, ModelStats, RunStats, SettingStats, median_total};
 use crate::steering::Steering;
-use crate::{Error, FrameStats, Gpu, Survivor};
-use fct::{counted, grouped};
+use crate::{Error, FrameStats, Gpu, Survivor, Warning};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -26,10 +24,8 @@ pub struct Outcome {
     pub stats: RunStats,
     /// The pictures and documents written.
     pub written: Vec<PathBuf>,
-    /// Whether the adapter is a program on the CPU.
-    pub software: bool,
-    /// What [`hollow_warning`] says.
-    pub hollow: Option<String>,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
 }
 
 /// Opens the files of a command line and places them: where their coordinates put them, or copies at random.
@@ -85,7 +81,7 @@ pub fn run_watched(cli: &Cli, watch: &Watch, tell: &mut dyn FnMut(u32)) -> Resul
         outputs::check(cli)?;
     }
     let scene = open_scene(cli)?;
-    let hollow = hollow_warning(cli, &scene);
+    let hollow = Warning::of_hollow(cli, &scene);
     let way = Way::new(cli, &scene)?;
     let mut survivor = Survivor::with_memory(&scene, cli.gpu_memory, gpu)?;
     let info = survivor.gpu().map(Gpu::info);
@@ -144,7 +140,10 @@ pub fn run_watched(cli: &Cli, watch: &Watch, tell: &mut dyn FnMut(u32)) -> Resul
         outputs::write_json(name, &stats)?;
         written.push(name.clone());
     }
-    Ok(Outcome { stats, written, software, hollow })
+    let software = software.then(|| Warning::of_software(&stats.adapter));
+    let of_frames = [Warning::of_memory(&stats), Warning::of_budget(&stats)];
+    let warnings = [hollow, software].into_iter().chain(of_frames).flatten().collect();
+    Ok(Outcome { stats, written, warnings })
 }
 
 /// The camera's way.
@@ -186,51 +185,6 @@ impl Way {
             }
         }
     }
-}
-
-/// What to tell a user whose machine has only a software adapter.
-pub fn software_warning(adapter: &AdapterStats) -> String {
-    let AdapterStats { name, backend, .. } = adapter;
-    format!("no graphics card; {name} draws on the CPU by {backend}, slowly")
-}
-
-/// What to tell a user whose models show their far side alone, because their faces look inwards.
-pub fn hollow_warning(cli: &Cli, scene: &Scene) -> Option<String> {
-    let model = scene.models.iter().find(|model| !cli.two_sided && looks_inwards(model))?;
-    Some(format!(
-        "{}: the faces look inwards, so that the model looks hollow; draw it with --two-sided, or build it again with \
-         fcbuild --flip",
-        model.name
-    ))
-}
-
-/// What to tell a user whose graphics memory did not hold the vertices of some frames; `None` where it held all.
-pub fn memory_warning(run: &RunStats) -> Option<String> {
-    let coarser: Vec<f64> =
-        run.frames.iter().map(|frame| frame.memory.coarser).filter(|factor| *factor > 1.0).collect();
-    let most = coarser.iter().copied().reduce(f64::max)?;
-    let (what, remedy) = match run.settings.gpu_memory {
-        Some(_) => ("--gpu-memory", "; allow more"),
-        None => ("the graphics memory", ""),
-    };
-    let frames = counted(coarser.len() as u64, "frame");
-    let how = coarser_in_words(most);
-    Some(format!("{what} does not hold the vertices of {frames}, at the worst drawn {how}{remedy}"))
-}
-
-/// What to tell a user whose budget of triangles not even the coarsest meshes keep to; `None` where they do.
-pub fn budget_warning(run: &RunStats) -> Option<String> {
-    let over: Vec<u64> = run
-        .frames
-        .iter()
-        .filter_map(|frame| frame.budget.filter(|b| !b.within).map(|b| b.selected))
-        .collect();
-    let most = over.iter().max()?;
-    let frames = counted(over.len() as u64, "frame");
-    Some(format!(
-        "--triangles is less than the coarsest meshes of {frames} have: {} at the most",
-        grouped(*most)
-    ))
 }
 
 /// A device without a display; where there is none, the error says whether the environment is why.

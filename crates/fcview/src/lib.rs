@@ -37,6 +37,7 @@ mod residency;
 pub mod scene;
 pub mod stats;
 pub mod steering;
+mod warning;
 #[cfg(feature = "window")]
 pub mod window;
 
@@ -51,6 +52,7 @@ pub use renderer::Census;
 pub use renderer::Renderer;
 pub use scene::{Instance, Model, Scene};
 pub use stats::{FrameStats, RunStats};
+pub use warning::Warning;
 
 /// Draws one picture on a device of its own.
 ///

@@ -2,11 +2,12 @@
 
 mod progress;
 
-use fct::{Interrupt, Stopped, counted};
+use fct::{Interrupt, MessageFormat, Stopped, counted, tell, usage_sentence};
 use fcview::Error;
 use fcview::cli::{Cli, said};
 use fcview::headless::{self, Watch};
 use progress::Progress;
+use serde_json::json;
 use std::io::Write;
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
@@ -20,11 +21,13 @@ fn main() -> ExitCode {
         Err(error) => {
             // Help and version are asked for and go to stdout, the rest to stderr; a closed pipe is no concern.
             let text = said(&error);
-            let _ = if error.use_stderr() {
-                std::io::stderr().lock().write_all(text.as_bytes())
+            if !error.use_stderr() {
+                let _ = std::io::stdout().lock().write_all(text.as_bytes());
+            } else if MessageFormat::asked_for(std::env::args_os()) == MessageFormat::Json {
+                tell(&error_as_json("FC100", 2, &usage_sentence(&text)));
             } else {
-                std::io::stdout().lock().write_all(text.as_bytes())
-            };
+                let _ = std::io::stderr().lock().write_all(text.as_bytes());
+            }
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
@@ -33,7 +36,10 @@ fn main() -> ExitCode {
     match panic::catch_unwind(AssertUnwindSafe(run)).unwrap_or(Err(Error::Bug)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            say(&format!("error[{}]: {error}", error.code()));
+            tell(&match cli.message_format {
+                MessageFormat::Human => format!("error[{}]: {error}", error.code()),
+                MessageFormat::Json => error_as_json(error.code(), error.exit_code(), &error.to_string()),
+            });
             fct::end_with(error.exit_code())
         }
     }
@@ -41,7 +47,7 @@ fn main() -> ExitCode {
 
 fn run_headless(cli: &Cli) -> Result<(), Error> {
     let interrupt = Interrupt::watch();
-    let (watch, progress) = (Arc::new(Watch::default()), Arc::new(Mutex::new(Progress::new(cli.frames))));
+    let (watch, progress) = (Arc::new(Watch::default()), Arc::new(Mutex::new(Progress::new(cli))));
     let locked = |progress: &Mutex<Progress>, act: &dyn Fn(&mut Progress)| {
         act(&mut progress.lock().unwrap_or_else(PoisonError::into_inner));
     };
@@ -64,17 +70,8 @@ fn run_headless(cli: &Cli) -> Result<(), Error> {
     };
     locked(&progress, &Progress::clear);
     let outcome = outcome?;
-    if let Some(text) = &outcome.hollow {
-        warn(text);
-    }
-    if outcome.software {
-        warn(&headless::software_warning(&outcome.stats.adapter));
-    }
-    if let Some(text) = headless::memory_warning(&outcome.stats) {
-        warn(&text);
-    }
-    if let Some(text) = headless::budget_warning(&outcome.stats) {
-        warn(&text);
+    for warning in &outcome.warnings {
+        tell(&warning.line(cli.message_format));
     }
     let mut lines =
         outcome.written.iter().map(|path| format!("wrote {}", path.display())).collect::<Vec<_>>();
@@ -102,18 +99,14 @@ fn print(lines: &[String]) -> Result<(), Error> {
     }
 }
 
-fn warn(text: &str) {
-    say(&format!("warning: {text}"));
-}
-
-/// A line on standard error, where anyone reads it.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+/// The line for an error, for programs.
+fn error_as_json(code: &str, exit: u8, message: &str) -> String {
+    json!({ "level": "error", "code": code, "exit": exit, "message": message }).to_string()
 }
 
 #[cfg(feature = "window")]
 fn run_window(cli: &Cli) -> Result<(), Error> {
-    fcview::window::run(cli, &mut warn)
+    fcview::window::run(cli, &mut |warning| tell(&warning.line(cli.message_format)))
 }
 
 #[cfg(not(feature = "window"))]

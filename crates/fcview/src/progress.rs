@@ -1,5 +1,7 @@
 //! How far a run without a window is, on standard error.
 
+use fct::MessageFormat;
+use fcview::cli::Cli;
 use std::io::{IsTerminal as _, Write as _};
 use std::time::{Duration, Instant};
 
@@ -15,9 +17,12 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Shows nothing until it is told something, nor for a single frame, nor where standard error is no terminal.
-    pub(crate) fn new(frames: u32) -> Progress {
-        let wanted = frames > 1 && std::io::stderr().is_terminal();
+    /// Shows nothing until it is told something, nor for a single frame, nor where standard error is no terminal, or for
+    /// programs.
+    pub(crate) fn new(cli: &Cli) -> Progress {
+        let frames = cli.frames;
+        let is_for_people = cli.message_format == MessageFormat::Human;
+        let wanted = frames > 1 && is_for_people && std::io::stderr().is_terminal();
         Progress { frames, last: wanted.then(Instant::now), shown: false }
     }
 

@@ -424,6 +424,30 @@ fn every_member_of_the_stats_is_in_the_documentation() {
 }
 
 #[test]
+fn messages_for_programs_are_an_object_a_line() {
+    model::gpu();
+    let folder = folder();
+    let lines = |words: &str| -> Vec<serde_json::Value> {
+        let output = fcview(folder.path(), &format!("{words} --message-format json"));
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        // A driver may write lines of its own.
+        said.lines()
+            .filter(|line| line.starts_with('{'))
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect()
+    };
+    let warnings = lines("torus.fct --headless --size 64x48 --frames 2 --triangles 1");
+    let of_budget = warnings.iter().find(|warning| warning["code"] == "FC591").unwrap();
+    assert_eq!((&of_budget["level"], &of_budget["name"]), (&"warning".into(), &"over_budget".into()));
+    for (words, code, exit) in [("none.fct --headless", "FC471", 4), ("torus.fct --frames none", "FC100", 2)]
+    {
+        let errors = lines(words);
+        assert_eq!(errors.len(), 1, "{errors:?}");
+        assert_eq!((&errors[0]["code"], &errors[0]["exit"]), (&code.into(), &exit.into()), "{errors:?}");
+    }
+}
+
+#[test]
 fn a_budget_below_the_coarsest_mesh_is_said_once() {
     model::gpu();
     let folder = folder();

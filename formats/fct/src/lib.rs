@@ -45,6 +45,8 @@ pub mod heap;
 mod interrupt;
 mod loops;
 mod map;
+#[cfg(feature = "command")]
+mod message;
 mod meta;
 mod node;
 mod octahedral;
@@ -81,6 +83,8 @@ pub use header::{ENDIAN_TAG, HEADER_LEN, Header, MAGIC, MAJOR, MINOR};
 #[cfg(feature = "command")]
 pub use interrupt::{Interrupt, Stopped, end_with};
 pub use loops::Loops;
+#[cfg(feature = "command")]
+pub use message::{MessageFormat, tell, usage_sentence};
 pub use meta::{MAX_META_LEN, Meta};
 pub use node::{BoundingPolygon, ConeFrame, Node};
 pub use octahedral::{FineNormalRecord, NormalRecord};

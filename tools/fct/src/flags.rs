@@ -4,9 +4,9 @@ mod values;
 
 use crate::error::Error;
 use crate::export::{Ball, Detail, Format, Output, Scale, Settings};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use fcextract::Budget;
-use fct::{Progress, ProgressForm, ShowProgress};
+use fct::{MessageFormat, Progress, ProgressForm, ShowProgress};
 use std::path::PathBuf;
 use std::sync::Arc;
 use values::{ball, clusters, field_of_view, height, length, point, positive, square, triangles};
@@ -97,19 +97,10 @@ pub(crate) fn said(error: &clap::Error) -> String {
 #[command(name = "fct", version, about, after_help = EXAMPLES, max_term_width = 100)]
 pub(crate) struct Flags {
     /// Form of errors and warnings: for people, or one JSON object a line
-    #[arg(long, global = true, value_enum, value_name = "human|json", default_value_t = MessageFormat::Human, hide_possible_values = true)]
+    #[arg(long, global = true, value_name = "human|json", default_value = "human")]
     pub(crate) message_format: MessageFormat,
     #[command(subcommand)]
     pub(crate) command: Command,
-}
-
-/// `--message-format`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MessageFormat {
-    /// Sentences.
-    Human,
-    /// JSON objects.
-    Json,
 }
 
 /// What to do.

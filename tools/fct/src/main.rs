@@ -11,8 +11,8 @@ mod verify;
 
 use clap::Parser as _;
 use error::Error;
+use fct::{MessageFormat, tell};
 use flags::{Command, Flags};
-use message::{said_as_json, tell};
 use stage::Stage;
 use std::io::{self, Write as _};
 use std::panic::{self, AssertUnwindSafe};
@@ -31,8 +31,8 @@ fn main() -> ExitCode {
             let text = flags::said(&error);
             if !error.use_stderr() {
                 let _ = io::stdout().lock().write_all(text.as_bytes());
-            } else if message::is_json_asked_for(std::env::args_os()) {
-                tell(&said_as_json(&text));
+            } else if MessageFormat::asked_for(std::env::args_os()) == MessageFormat::Json {
+                tell(&message::usage_line(&text));
             } else {
                 let _ = io::stderr().lock().write_all(text.as_bytes());
             }

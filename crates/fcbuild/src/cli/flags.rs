@@ -3,7 +3,7 @@
 use clap::{Parser, ValueEnum};
 use fcbuild::SplitMode;
 use fcbuild::mesh::Weld;
-use fct::{ShowProgress, Size};
+use fct::{MessageFormat, ShowProgress, Size};
 use std::path::PathBuf;
 
 /// What `--help` shows below the flags.
@@ -71,7 +71,7 @@ pub(crate) struct Flags {
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
     /// Form of errors and warnings: for people, or one JSON object a line
-    #[arg(long, value_enum, value_name = "human|json", default_value_t = MessageFormat::Human, hide_possible_values = true)]
+    #[arg(long, value_name = "human|json", default_value = "human")]
     pub(crate) message_format: MessageFormat,
     /// Show progress: on a terminal (auto), always, or never
     #[arg(long, value_name = "auto|always|never", default_value = "auto")]
@@ -103,15 +103,6 @@ impl From<SplitFlag> for SplitMode {
             SplitFlag::Cca => SplitMode::Cca,
         }
     }
-}
-
-/// `--message-format`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MessageFormat {
-    /// Sentences.
-    Human,
-    /// JSON objects.
-    Json,
 }
 
 fn weld(text: &str) -> Result<Weld, String> {

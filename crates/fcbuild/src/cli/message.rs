@@ -41,10 +41,9 @@
 //! | FC902 | 129, 130, 131, 143, 152 | a signal stopped the job |
 
 use super::bug;
-use super::flags::MessageFormat;
 use fcbuild::Error;
 use fcbuild::import::{DropReason, Tally};
-use fct::{counted, grouped};
+use fct::{MessageFormat, counted, grouped};
 use serde_json::{Value, json};
 use std::path::Path;
 

@@ -17,14 +17,13 @@ mod summary;
 
 use fcbuild::Error;
 use fcbuild::error::ErrorKind;
-use fct::{Interrupt, Progress};
-use flags::{Flags, MessageFormat};
+use fct::{Interrupt, MessageFormat, Progress, tell, usage_sentence};
+use flags::Flags;
 use job::{Ended, Made};
 use output::Outputs;
 use progress::Stage;
 use report::Report;
 use settings::Settings;
-use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -102,22 +101,8 @@ fn warn(format: MessageFormat, settings: &Settings, made: &Made) {
 
 /// Tells of wrong usage as JSON, out of the text that the flags' library has for people.
 pub(crate) fn tell_usage(text: &str) {
-    let first = text.trim_start_matches("error: ").split("\n\n").next().unwrap_or_default();
-    let message = first.split_whitespace().collect::<Vec<_>>().join(" ");
-    let error = Error::new(ErrorKind::Usage, "FC100", message).remedy("see fcbuild --help");
+    let error = Error::new(ErrorKind::Usage, "FC100", usage_sentence(text)).remedy("see fcbuild --help");
     tell(&message::error_line(MessageFormat::Json, &error));
-}
-
-/// Whether a command line that cannot be read as a whole asks for messages as JSON.
-pub(crate) fn is_json_asked_for(words: impl Iterator<Item = OsString>) -> bool {
-    let words: Vec<OsString> = words.collect();
-    words.windows(2).any(|pair| pair == ["--message-format", "json"])
-        || words.iter().any(|word| word == "--message-format=json")
-}
-
-/// A line on standard error. Where that is closed nobody can be told.
-fn tell(line: &str) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
 /// Text on standard output.

@@ -1,11 +1,11 @@
 //! What was meant: flags with their defaults resolved.
 
-use super::flags::{Flags, MAX_THREADS, MessageFormat};
+use super::flags::{Flags, MAX_THREADS};
 use super::memory;
 use fcbuild::error::ErrorKind;
 use fcbuild::mesh::Weld;
 use fcbuild::{Error, SplitMode};
-use fct::{ProgressForm, Size};
+use fct::{MessageFormat, ProgressForm, Size};
 use std::path::{Path, PathBuf};
 
 /// How to do the job.

@@ -13,10 +13,9 @@ use super::recording::Recording;
 use super::screen::{Overlay, Screen, Shown};
 use super::watch::Watch;
 use crate::cli::Cli;
-use crate::headless::software_warning;
 use crate::recovery::{Misfortune, Recovery, Remedy};
 use crate::renderer::Renderer;
-use crate::{Camera, Error, Scene};
+use crate::{Camera, Error, Scene, Warning};
 use names::{fitting, free_name, title};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -52,11 +51,11 @@ pub(super) struct App<'a> {
     wake: Option<Instant>,
     failure: Option<Error>,
     /// Where warnings go, until one is given.
-    warn: Option<&'a mut dyn FnMut(&str)>,
+    warn: Option<&'a mut dyn FnMut(&Warning)>,
 }
 
 impl<'a> App<'a> {
-    pub(super) fn new(cli: &Cli, scene: Scene, warn: &'a mut dyn FnMut(&str)) -> App<'a> {
+    pub(super) fn new(cli: &Cli, scene: Scene, warn: &'a mut dyn FnMut(&Warning)) -> App<'a> {
         let [width, height] = cli.size.map(f64::from);
         let navigation = Navigation::facing(&scene.extremes(), cli.field_of_view(), width / height);
         App {
@@ -112,7 +111,7 @@ impl<'a> App<'a> {
         if screen.renderer.gpu().is_software()
             && let Some(warn) = self.warn.take()
         {
-            warn(&software_warning(&info.clone().into()));
+            warn(&Warning::of_software(&info.clone().into()));
         }
         self.panel.adapter = format!("{} ({:?})", info.name, info.backend);
         screen.window.request_redraw();

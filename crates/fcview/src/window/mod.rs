@@ -13,7 +13,7 @@ mod screen;
 mod watch;
 
 use crate::cli::Cli;
-use crate::{Error, headless};
+use crate::{Error, Warning, headless};
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,10 +25,10 @@ use winit::event_loop::{ControlFlow, EventLoop};
 /// # Errors
 /// [`Error::NoWindow`] without a display, what [`fct::Tree::open`] says about the files, and what the driver says;
 /// a lost device is rebuilt up to three times first.
-pub fn run(cli: &Cli, warn: &mut dyn FnMut(&str)) -> Result<(), Error> {
+pub fn run(cli: &Cli, warn: &mut dyn FnMut(&Warning)) -> Result<(), Error> {
     let scene = headless::open_scene(cli)?;
-    if let Some(text) = headless::hollow_warning(cli, &scene) {
-        warn(&text);
+    if let Some(hollow) = Warning::of_hollow(cli, &scene) {
+        warn(&hollow);
     }
     // The windowing library puts a place in its own source in front of what it has to say.
     let no_window = |error: winit::error::EventLoopError| {
