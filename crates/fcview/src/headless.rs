@@ -141,7 +141,7 @@ pub fn run_watched(cli: &Cli, watch: &Watch, tell: &mut dyn FnMut(u32)) -> Resul
         written.push(name.clone());
     }
     let software = software.then(|| Warning::of_software(&stats.adapter));
-    let of_frames = [Warning::of_memory(&stats), Warning::of_budget(&stats)];
+    let of_frames = [Warning::of_memory(&stats), Warning::of_budget(&stats), Warning::of_pace(&stats)];
     let warnings = [hollow, software].into_iter().chain(of_frames).flatten().collect();
     Ok(Outcome { stats, written, warnings })
 }

@@ -3,7 +3,7 @@
 use crate::cli::Cli;
 use crate::inwards::looks_inwards;
 use crate::scene::Scene;
-use crate::stats::{AdapterStats, RunStats, coarser_in_words};
+use crate::stats::{AdapterStats, RunStats, coarser_in_words, median_total};
 use fct::{MessageFormat, counted, grouped};
 use serde_json::json;
 
@@ -14,6 +14,7 @@ use serde_json::json;
 /// | FC293 | `inward_faces` | a model shows its far side alone, as `fcbuild` warns too |
 /// | FC591 | `over_budget` | not even the coarsest meshes keep to the budget |
 /// | FC592 | `coarser_in_memory` | the graphics memory did not hold the vertices of some frames |
+/// | FC593 | `below_fps` | frames take longer than they may, however coarse they are |
 /// | FC691 | `software_adapter` | no graphics card draws |
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
@@ -75,6 +76,18 @@ impl Warning {
         Some(Warning { code: "FC592", name: "coarser_in_memory", file: None, text })
     }
 
+    /// Frames that are steered to a time take longer all the same; told of the second half, when they have settled.
+    pub(crate) fn of_pace(run: &RunStats) -> Option<Warning> {
+        let fps = run.settings.fps?;
+        let settled = run.frames.get(run.frames.len() / 2..).filter(|frames| frames.len() >= SETTLED)?;
+        let time = median_total(settled);
+        let pixels = settled.last()?.gain?;
+        let is_late = time > LATE * 1e3 / fps;
+        let text =
+            format!("--fps {fps} is not reached: frames take {time:.1} ms at {pixels:.1} pixels of error");
+        is_late.then_some(Warning { code: "FC593", name: "below_fps", file: None, text })
+    }
+
     /// Not even the coarsest meshes keep to the budget of triangles; `None` where they do.
     pub(crate) fn of_budget(run: &RunStats) -> Option<Warning> {
         let over: Vec<u64> = run
@@ -91,6 +104,12 @@ impl Warning {
         Some(Warning { code: "FC591", name: "over_budget", file: None, text })
     }
 }
+
+/// So many frames tell whether a time is kept to.
+const SETTLED: usize = 10;
+
+/// How far off, as a part of the time asked for, frames may be: steering rests within less.
+const LATE: f64 = 1.2;
 
 #[cfg(test)]
 mod tests {

@@ -58,11 +58,13 @@ impl<'a> App<'a> {
     pub(super) fn new(cli: &Cli, scene: Scene, warn: &'a mut dyn FnMut(&Warning)) -> App<'a> {
         let [width, height] = cli.size.map(f64::from);
         let navigation = Navigation::facing(&scene.extremes(), cli.field_of_view(), width / height);
+        let mut panel = Panel::new(cli.frame_options(), cli.pixels, cli.fps, scene.face_count());
+        panel.message = names::about(cli, &scene, "");
         App {
             navigation,
             good: navigation,
             mouse: Mouse::default(),
-            panel: Panel::new(cli.frame_options(), cli.pixels, cli.fps, scene.face_count()),
+            panel,
             chooser: Chooser::beside(cli.files.first()),
             recording: None,
             saving: false,

@@ -18,13 +18,14 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 /// The file's header and those of its two chunks.
 const HEADERS: u64 = 12 + 8 + 8;
 
-/// Writes `mesh`. The tree's groups become nodes with their names, which share the vertices; an origin becomes the
+/// Writes `mesh`. The tree's groups become nodes with their names and vertices of their own; an origin becomes the
 /// translation of them all, since coordinates are in single precision here. `step` is called for each vertex and each triangle.
 ///
 /// # Errors
 /// Those of the writer, and `FileTooLarge` beyond the 4 GiB that the format can count.
 pub(crate) fn write(mesh: &Mesh, out: &mut impl Write, step: &mut dyn FnMut()) -> io::Result<()> {
-    let (description, numbers) = describe(mesh);
+    let parts = parts(mesh);
+    let (description, numbers) = describe(mesh, &parts);
     let mut text = description.to_string().into_bytes();
     // Chunks are whole words: the text is filled up with spaces, and the numbers are words as they are.
     text.resize(text.len().next_multiple_of(4), b' ');
@@ -35,15 +36,22 @@ pub(crate) fn write(mesh: &Mesh, out: &mut impl Write, step: &mut dyn FnMut()) -
     out.write_all(&text)?;
     write_words(out, &[numbers, BIN])?;
     let buffers = &mesh.buffers;
-    for position in &buffers.positions {
+    let vertices = || parts.iter().flat_map(|part| &part.vertices).map(|vertex| *vertex as usize);
+    for vertex in vertices() {
         step();
-        write_words(out, &position.map(f32::to_bits))?;
+        write_words(out, &buffers.positions[vertex].map(f32::to_bits))?;
     }
-    for normal in &buffers.normals {
-        write_words(out, &normal.map(f32::to_bits))?;
+    if !buffers.normals.is_empty() {
+        for vertex in vertices() {
+            write_words(out, &buffers.normals[vertex].map(f32::to_bits))?;
+        }
     }
-    out.write_all(buffers.colors.as_flattened())?;
-    for triangle in mesh.triangles() {
+    if !buffers.colors.is_empty() {
+        for vertex in vertices() {
+            out.write_all(&buffers.colors[vertex])?;
+        }
+    }
+    for triangle in parts.iter().flat_map(|part| part.indices.as_chunks::<3>().0) {
         step();
         write_words(out, triangle)?;
     }
@@ -54,54 +62,99 @@ fn write_words(out: &mut impl Write, words: &[u32]) -> io::Result<()> {
     words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()))
 }
 
+/// A group, or all of a mesh without groups.
+struct Part<'a> {
+    name: &'a str,
+    /// Those of the mesh that it uses.
+    vertices: Vec<u32>,
+    /// Three a triangle, into its own vertices.
+    indices: Vec<u32>,
+}
+
+/// The groups in order. Along an edge where two of them meet both have the vertices.
+fn parts(mesh: &Mesh) -> Vec<Part<'_>> {
+    let triangles = mesh.triangles();
+    let all = || (0..mesh.buffers.positions.len() as u32).collect();
+    let Some((first, _)) = mesh.groups.first() else {
+        return vec![Part { name: &mesh.name, vertices: all(), indices: mesh.buffers.indices.clone() }];
+    };
+    debug_assert_eq!(*first, 0, "the first triangle begins a group");
+    let ends = mesh.groups.iter().skip(1).map(|(start, _)| *start).chain([triangles.len()]);
+    // Where each vertex is among those of the part that has used it last.
+    let mut places: Vec<Option<(usize, u32)>> = vec![None; mesh.buffers.positions.len()];
+    let mut parts = Vec::with_capacity(mesh.groups.len());
+    for (number, ((start, name), end)) in mesh.groups.iter().zip(ends).enumerate() {
+        let mut vertices = Vec::new();
+        let place = |vertex: &u32| match places[*vertex as usize] {
+            Some((part, place)) if part == number => place,
+            _ => {
+                let place = vertices.len() as u32;
+                places[*vertex as usize] = Some((number, place));
+                vertices.push(*vertex);
+                place
+            }
+        };
+        let indices = triangles[*start..end].as_flattened().iter().map(place).collect();
+        parts.push(Part { name, vertices, indices });
+    }
+    parts
+}
+
 /// What the file says about itself, and how many bytes of numbers follow.
-fn describe(mesh: &Mesh) -> (Value, u64) {
+fn describe(mesh: &Mesh, parts: &[Part<'_>]) -> (Value, u64) {
     let buffers = &mesh.buffers;
-    let vertices = buffers.positions.len();
-    let (mut views, mut accessors, mut attributes) = (Vec::new(), Vec::new(), Map::new());
-    let mut end = 0_u64;
-    let mut add_view = |bytes: usize, target: u32| {
-        views.push(json!({ "buffer": 0, "byteOffset": end, "byteLength": bytes, "target": target }));
+    let vertices: usize = parts.iter().map(|part| part.vertices.len()).sum();
+    let corners: usize = parts.iter().map(|part| part.indices.len()).sum();
+    let (mut views, mut end) = (Vec::new(), 0_u64);
+    let mut add_view = |count: usize, stride: usize, target: u32| {
+        let bytes = count * stride;
+        let mut view = json!({ "buffer": 0, "byteOffset": end, "byteLength": bytes, "target": target });
+        // Each view of vertices is that of all parts, so it must say how far apart they are.
+        if target == ARRAY_BUFFER {
+            view["byteStride"] = json!(stride);
+        }
+        views.push(view);
         end += bytes as u64;
         views.len() - 1
     };
-    let (low, high) = bounds(&buffers.positions);
-    attributes.insert("POSITION".to_owned(), json!(accessors.len()));
-    accessors.push(json!({
-        "bufferView": add_view(12 * vertices, ARRAY_BUFFER), "componentType": FLOAT, "count": vertices,
-        "type": "VEC3", "min": low, "max": high,
-    }));
-    if !buffers.normals.is_empty() {
-        attributes.insert("NORMAL".to_owned(), json!(accessors.len()));
+    let positions = add_view(vertices, 12, ARRAY_BUFFER);
+    let normals = (!buffers.normals.is_empty()).then(|| add_view(vertices, 12, ARRAY_BUFFER));
+    let colors = (!buffers.colors.is_empty()).then(|| add_view(vertices, 4, ARRAY_BUFFER));
+    let view_of_indices = add_view(corners, 4, ELEMENT_ARRAY_BUFFER);
+    let (mut accessors, mut meshes, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut first_vertex, mut first_corner) = (0, 0);
+    for Part { name, vertices, indices } in parts {
+        let mut attributes = Map::new();
+        let mut add = |attribute: &str, view: usize, stride: usize, mut accessor: Value| {
+            attributes.insert(attribute.to_owned(), json!(accessors.len()));
+            accessor["bufferView"] = json!(view);
+            accessor["byteOffset"] = json!(stride * first_vertex);
+            accessor["count"] = json!(vertices.len());
+            accessors.push(accessor);
+        };
+        let (low, high) = bounds(vertices.iter().map(|vertex| &buffers.positions[*vertex as usize]));
+        let position = json!({ "componentType": FLOAT, "type": "VEC3", "min": low, "max": high });
+        add("POSITION", positions, 12, position);
+        if let Some(normals) = normals {
+            add("NORMAL", normals, 12, json!({ "componentType": FLOAT, "type": "VEC3" }));
+        }
+        if let Some(colors) = colors {
+            let color = json!({ "componentType": UNSIGNED_BYTE, "normalized": true, "type": "VEC4" });
+            add("COLOR_0", colors, 4, color);
+        }
+        let primitive = json!({ "attributes": attributes, "indices": accessors.len(), "mode": 4 });
         accessors.push(json!({
-            "bufferView": add_view(12 * vertices, ARRAY_BUFFER), "componentType": FLOAT, "count": vertices,
-            "type": "VEC3",
-        }));
-    }
-    if !buffers.colors.is_empty() {
-        attributes.insert("COLOR_0".to_owned(), json!(accessors.len()));
-        accessors.push(json!({
-            "bufferView": add_view(4 * vertices, ARRAY_BUFFER), "componentType": UNSIGNED_BYTE,
-            "normalized": true, "count": vertices, "type": "VEC4",
-        }));
-    }
-    let triangles = mesh.triangles().len();
-    let view = add_view(12 * triangles, ELEMENT_ARRAY_BUFFER);
-    let (mut meshes, mut nodes) = (Vec::new(), Vec::new());
-    for (name, first, end) in parts(mesh, triangles) {
-        let material_free = json!({ "attributes": &attributes, "indices": accessors.len(), "mode": 4 });
-        accessors.push(json!({
-            "bufferView": view, "byteOffset": 12 * first, "componentType": UNSIGNED_INT,
-            "count": 3 * (end - first), "type": "SCALAR",
+            "bufferView": view_of_indices, "byteOffset": 4 * first_corner, "componentType": UNSIGNED_INT,
+            "count": indices.len(), "type": "SCALAR",
         }));
         let mut node = json!({ "name": name, "mesh": meshes.len() });
-        if !mesh.is_at_origin()
-            && let Some(node) = node.as_object_mut()
-        {
-            node.insert("translation".to_owned(), json!(mesh.origin));
+        if !mesh.is_at_origin() {
+            node["translation"] = json!(mesh.origin);
         }
         nodes.push(node);
-        meshes.push(json!({ "name": name, "primitives": [material_free] }));
+        meshes.push(json!({ "name": name, "primitives": [primitive] }));
+        first_vertex += vertices.len();
+        first_corner += indices.len();
     }
     let description = json!({
         "asset": { "version": "2.0", "generator": format!("fct {}", env!("CARGO_PKG_VERSION")) },
@@ -116,16 +169,8 @@ fn describe(mesh: &Mesh) -> (Value, u64) {
     (description, end)
 }
 
-/// The groups' names and their triangles; all triangles where there are no groups.
-fn parts(mesh: &Mesh, triangles: usize) -> Vec<(&str, usize, usize)> {
-    let Some((first, _)) = mesh.groups.first() else { return vec![("mesh", 0, triangles)] };
-    debug_assert_eq!(*first, 0, "the first triangle begins a group");
-    let ends = mesh.groups.iter().skip(1).map(|(start, _)| *start).chain([triangles]);
-    mesh.groups.iter().zip(ends).map(|((start, name), end)| (name.as_str(), *start, end)).collect()
-}
-
 /// The box of all positions.
-fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
+fn bounds<'a>(positions: impl Iterator<Item = &'a [f32; 3]>) -> ([f32; 3], [f32; 3]) {
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for point in positions {
         for ((low, high), x) in low.iter_mut().zip(&mut high).zip(point) {
@@ -194,11 +239,17 @@ mod tests {
         let scene = document.default_scene().unwrap();
         let names: Vec<_> = scene.nodes().map(|node| node.name().unwrap().to_owned()).collect();
         assert_eq!(names, ["left \"wing\"", "tail"]);
-        for (node, expected) in scene.nodes().zip([[2, 0, 1], [0, 2, 3]]) {
+        let highest = [[1.0, 1.0, 3e-7], [0.1, 1.0, 2.0]];
+        for ((node, expected), highest) in scene.nodes().zip([[2, 0, 1], [0, 2, 3]]).zip(highest) {
             assert_eq!(node.transform().decomposed().0, [4096.0, 0.0, -2.0]);
             let primitive = node.mesh().unwrap().primitives().next().unwrap();
-            let indices = primitive.reader(|_| Some(&blob)).read_indices().unwrap().into_u32();
-            assert_eq!(indices.collect::<Vec<_>>(), expected);
+            // Each has a box and vertices of its own.
+            assert_eq!(primitive.bounding_box().max, highest);
+            let reader = primitive.reader(|_| Some(&blob));
+            let positions: Vec<_> = reader.read_positions().unwrap().collect();
+            assert_eq!((positions.len(), reader.read_normals().unwrap().count()), (3, 3));
+            let corners = reader.read_indices().unwrap().into_u32().map(|i| positions[i as usize]);
+            assert_eq!(corners.collect::<Vec<_>>(), expected.map(|i| mesh.buffers.positions[i]));
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use fcextract::{Extraction, Selection};
 use fct::{Child, ChildRef, Tree};
+use std::path::Path;
 
 /// In no group. No group's index is as high.
 const NO_GROUP: u32 = u32::MAX;
@@ -12,6 +13,8 @@ const NO_GROUP: u32 = u32::MAX;
 pub(crate) struct Mesh {
     /// The vertices, each once, with their attributes, and the triangles.
     pub(crate) buffers: fcextract::Mesh,
+    /// The input's name, without its ending.
+    pub(crate) name: String,
     /// To be added to the positions.
     pub(crate) origin: [f64; 3],
     /// Where the triangles of each group begin, with its name; empty when the tree has no groups.
@@ -26,7 +29,10 @@ impl Mesh {
     pub(crate) fn new(tree: &Tree, cut: &Extraction, selection: &Selection) -> Result<Mesh, Error> {
         let mut buffers = fcextract::Mesh::default();
         buffers.fill(tree, cut, selection)?;
-        Ok(Mesh { buffers, origin: tree.meta().origin, groups: groups_of(tree, cut)? })
+        let meta = tree.meta();
+        let stem = Path::new(&meta.source).file_stem().unwrap_or_default();
+        let name = stem.to_string_lossy().into_owned();
+        Ok(Mesh { buffers, name, origin: meta.origin, groups: groups_of(tree, cut)? })
     }
 
     /// The triangles, counter-clockwise, as indices into the vertices.

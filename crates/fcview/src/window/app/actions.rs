@@ -1,7 +1,7 @@
 //! What keys, buttons and files do to the application.
 
 use super::App;
-use super::names::{free_name, names, title};
+use super::names::{about, free_name, names, title};
 use crate::cli::Cli;
 use crate::headless::open_scene;
 use crate::pick::pick;
@@ -121,7 +121,8 @@ impl App<'_> {
         self.scene = scene;
         self.cli = cli;
         self.panel.faces = self.scene.face_count();
-        self.panel.message = format!("opened {}", names(&self.cli.files));
+        let opened = format!("opened {}", names(&self.cli.files));
+        self.panel.message = about(&self.cli, &self.scene, &opened);
         self.watch = self.watch.is_some().then(|| Watch::new(&self.cli.files));
         if let Some(screen) = &self.screen {
             screen.window.set_title(&title(&self.cli.files));

@@ -1,5 +1,7 @@
-//! Names of files and windows, and how large a window may be.
+//! What files and windows are called, what is said of them, and how large a window may be.
 
+use crate::cli::Cli;
+use crate::{Scene, Warning};
 use std::path::{Path, PathBuf};
 use winit::dpi::PhysicalSize;
 
@@ -18,6 +20,18 @@ pub(super) fn names(files: &[PathBuf]) -> String {
         [first, rest @ ..] => format!("{} and {} more", name(first), rest.len()),
     }
 }
+
+/// What is said of a scene that was opened: that, and why it may look hollow.
+pub(super) fn about(cli: &Cli, scene: &Scene, opened: &str) -> String {
+    match Warning::of_hollow(cli, scene) {
+        Some(_) if opened.is_empty() => HOLLOW.to_owned(),
+        Some(_) => format!("{opened}; {HOLLOW}"),
+        None => opened.to_owned(),
+    }
+}
+
+/// For the panel, which has a switch for it.
+const HOLLOW: &str = "the faces look inwards, so that the model looks hollow: see \"Two-sided\"";
 
 /// The window's title: what it shows, then the program.
 pub(super) fn title(files: &[PathBuf]) -> String {
