@@ -157,6 +157,31 @@ fn a_chain_of_levels_of_detail_is_written_at_once() {
 }
 
 #[test]
+fn what_is_measured_is_within_the_bound_and_falls_with_more_triangles() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    accept(at, &format!("fcbuild {} -o a.fct", sample("sculpture.ply").display()));
+    let told = |detail: &str| -> serde_json::Value {
+        let said = accept(at, &format!("fct export a.fct -o m.ply --force --json {detail}")).out;
+        let told: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+        told["meshes"][0].clone()
+    };
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    let mut last = f64::INFINITY;
+    for triangles in [500, 2_000, 8_000] {
+        let mesh = told(&format!("--triangles {triangles} --measure"));
+        let [rms, max] = ["rms", "max"].map(|what| number(&mesh["measured"][what]));
+        assert!(0.0 < rms && rms < max && max <= number(&mesh["bound"]) && rms < last, "{mesh}");
+        last = rms;
+    }
+    let tight = told("--error 0.02 --measure");
+    assert!(number(&tight["measured"]["max"]) <= number(&tight["bound"]), "{tight}");
+    let full = told("--measure");
+    assert!(number(&full["measured"]["max"]) < 1e-5, "every face of the input is where it was: {full}");
+    assert!(told("--error 0.02")["measured"].is_null());
+}
+
+#[test]
 fn coordinates_far_from_the_origin_come_back() {
     let folder = folder();
     let far = ["500000.001 4000000 7", "500000.002 4000000 7", "500000.002 4000000.001 7"];

@@ -205,6 +205,9 @@ pub(crate) struct ExportFlags {
     /// Draw vertices at their places in the input, not beside them where that is nearer to the surface; --epsilon always does
     #[arg(long, conflicts_with = "epsilon")]
     in_place: bool,
+    /// Also measure how far surface and mesh are apart, in the mean and at the most, by samples of both
+    #[arg(long)]
+    measure: bool,
     #[command(flatten)]
     pub(crate) of_progress: ProgressFlags,
 }
@@ -257,6 +260,7 @@ impl ExportFlags {
             detail,
             regions: self.region.clone(),
             in_place: self.in_place,
+            measure: self.measure,
         })
     }
 

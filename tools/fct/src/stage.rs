@@ -13,6 +13,8 @@ pub(crate) enum Stage {
     Mesh,
     /// Measuring what the mesh is bounded by.
     Bound,
+    /// Measuring how far it is from the input.
+    Measure,
     /// Writing, in vertices and triangles.
     Write,
 }
@@ -25,6 +27,7 @@ impl From<Stage> for fct::Stage {
             Stage::Cut => "cut",
             Stage::Mesh => "mesh",
             Stage::Bound => "bound",
+            Stage::Measure => "measure",
             Stage::Write => "write",
         };
         fct::Stage { number: 1 + stage as usize, name, counts: matches!(stage, Stage::Rules | Stage::Write) }

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use fcextract::{Extraction, Selection};
+use fcmeasure::Surface;
 use fct::{Child, ChildRef, Tree};
 use std::path::Path;
 
@@ -38,6 +39,11 @@ impl Mesh {
     /// The triangles, counter-clockwise, as indices into the vertices.
     pub(crate) fn triangles(&self) -> &[[u32; 3]] {
         self.buffers.indices.as_chunks::<3>().0
+    }
+
+    /// The mesh as it is measured.
+    pub(crate) fn surface(&self) -> Surface<'_> {
+        Surface { positions: &self.buffers.positions, faces: self.triangles() }
     }
 
     /// Whether the stored positions are the input's coordinates.

@@ -12,7 +12,8 @@ use crate::counted::counted;
 use crate::error::Error;
 use crate::stage::Stage;
 pub(crate) use detail::{Ball, Detail, Scale};
-use fcextract::{Budget, Extraction};
+use fcextract::{Budget, Extraction, Selection};
+use fcmeasure::{Distance, Reference};
 use fct::grouped;
 use fct::{Interrupt, Progress, Tree};
 use mesh::Mesh;
@@ -26,6 +27,10 @@ use std::thread;
 
 /// Fewer calls of the system than with the default, which shows on large meshes.
 const BUFFER: usize = 1 << 20;
+
+/// Points of either surface whose distances from the other are measured: the mean of figures of other samples varies by a
+/// hundredth.
+const SAMPLES: usize = 100_000;
 
 /// Vertices and triangles between two words of how far the writing is.
 const TOLD_EVERY: u64 = 1 << 12;
@@ -47,6 +52,8 @@ pub(crate) struct Settings {
     pub(crate) regions: Vec<Ball>,
     /// Whether vertices are drawn at their places in the input.
     pub(crate) in_place: bool,
+    /// Whether distances are measured too.
+    pub(crate) measure: bool,
 }
 
 /// One mesh file.
@@ -93,6 +100,7 @@ pub(crate) struct Exported {
     clusters: u64,
     collapsed: u64,
     bound: f64,
+    measured: Option<Distance>,
     chosen_by: ChosenBy,
 }
 
@@ -130,8 +138,10 @@ pub(crate) fn run(
             progress.tell(Stage::Bytes.into(), 0, 1);
             // A mesh outlives its tree, and its bound is a promise: neither may come from damaged bytes.
             tree.check_bytes()?;
+            let reference = job.measure.then(|| full_resolution(&tree, &progress)).transpose()?;
             let outputs = job.outputs.iter().zip(&files);
-            let meshes = outputs.map(|(output, file)| write(&tree, &job, output, file, &progress));
+            let meshes = outputs
+                .map(|(output, file)| write(&tree, &job, (output, file), reference.as_ref(), &progress));
             Ok::<_, Error>((
                 meshes.collect::<Result<Vec<_>, _>>()?,
                 detail::empty_region(&tree, &job.regions)?,
@@ -146,12 +156,20 @@ fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
     move |source| Error::Write { path, what: "cannot write the mesh", source }
 }
 
+/// What meshes are measured against: every face of the tree.
+fn full_resolution(tree: &Tree, progress: &Progress) -> Result<Reference, Error> {
+    progress.tell(Stage::Measure.into(), 0, 1);
+    let (mut cut, selection) = (Extraction::default(), Selection::full());
+    fcextract::extract(tree, &selection, &mut cut)?;
+    Ok(Reference::new(Mesh::new(tree, &cut, &selection)?.surface(), SAMPLES))
+}
+
 /// Selects, and writes the mesh into `file`.
 fn write(
     tree: &Tree,
     settings: &Settings,
-    output: &Output,
-    file: &File,
+    (output, file): (&Output, &File),
+    reference: Option<&Reference>,
     progress: &Progress,
 ) -> Result<Exported, Error> {
     progress.tell(Stage::Cut.into(), 0, 1);
@@ -170,6 +188,10 @@ fn write(
     }
     progress.tell(Stage::Bound.into(), 0, 1);
     let bound = selection.bound_of(tree, &cut.stats, &mesh.buffers)?;
+    let measured = reference.map(|reference| {
+        progress.tell(Stage::Measure.into(), 0, 1);
+        reference.distance(mesh.surface())
+    });
     let mut out = BufWriter::with_capacity(BUFFER, file);
     let (mut done, total) = (0_u64, (mesh.buffers.positions.len() + mesh.triangles().len()) as u64);
     let mut step = || {
@@ -193,6 +215,7 @@ fn write(
         clusters: cut.stats.clusters,
         collapsed: mesh.buffers.collapsed,
         bound,
+        measured,
         chosen_by: match settings.detail {
             Detail::Full | Detail::Within(_) => ChosenBy::Bound,
             Detail::Epsilon(_) => ChosenBy::Epsilon,
@@ -215,6 +238,9 @@ pub(crate) fn to_json(tree: &Path, done: &[Exported]) -> String {
                 "clusters": mesh.clusters,
                 "collapsed": mesh.collapsed,
                 "bound": mesh.bound,
+                "measured": mesh.measured.map(|distance| {
+                    json!({ "rms": distance.rms, "max": distance.max, "samples": 2 * SAMPLES })
+                }),
                 "chosen_by": match mesh.chosen_by {
                     ChosenBy::Bound => "bound",
                     ChosenBy::Epsilon => "epsilon",
@@ -259,6 +285,13 @@ impl fmt::Display for Exported {
             ChosenBy::Epsilon => ", a loose bound, since a mean error does not go by it (--error does)",
             ChosenBy::Budget => ", a loose bound, since a budget does not go by it (--error does)",
         })?;
+        if let Some(Distance { rms, max }) = self.measured {
+            write!(
+                f,
+                "; measured: {} in the mean (root mean square), {} at the most",
+                rms as f32, max as f32
+            )?;
+        }
         if self.collapsed > 0 {
             let what = counted(self.collapsed, "triangle", "triangles");
             write!(f, "; {what} without area left out")?;

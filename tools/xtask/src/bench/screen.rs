@@ -9,12 +9,11 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::input::weld;
-use super::nearest::Nearest;
 use super::peers::ClusterLod;
-use super::sampling::sample;
 use super::speed::bounds;
 use super::view::View;
 use crate::data::ply_out::Mesh;
+use fcmeasure::{Nearest, sample};
 
 /// Views around the mesh over which errors and triangles are taken.
 const VIEWS: usize = 3;
@@ -61,7 +60,7 @@ pub(crate) fn compare(
     lod: &ClusterLod,
     pixels: f64,
 ) -> Result<Compared, Box<dyn Error>> {
-    let surface = Surface { mesh, points: points(mesh), nearest: Nearest::of(mesh) };
+    let surface = Surface { mesh, points: points(mesh), nearest: Nearest::of(mesh.surface()) };
     let [low, high] = bounds(tree);
     let views = View::around(low, high, VIEWS);
     let mut ours = (0.0_f64, 0);
@@ -113,13 +112,13 @@ pub(crate) fn compare(
 
 fn points(mesh: &Mesh) -> Vec<DVec3> {
     let vertices = mesh.positions.iter().map(|p| Vec3::from_array(*p).as_dvec3());
-    sample(mesh, SAMPLES).into_iter().chain(vertices).collect()
+    sample(mesh.surface(), SAMPLES).into_iter().chain(vertices).collect()
 }
 
 impl Surface<'_> {
     /// Pixels between the surface and a drawn mesh, at most, either way.
     fn error(&self, view: &View, drawn: &Mesh) -> f64 {
-        let there = farthest(view, &self.points, &Nearest::of(drawn));
+        let there = farthest(view, &self.points, &Nearest::of(drawn.surface()));
         there.max(farthest(view, &points(drawn), &self.nearest))
     }
 }

@@ -16,6 +16,11 @@ pub(crate) struct Mesh {
 }
 
 impl Mesh {
+    /// The mesh as it is measured.
+    pub(crate) fn surface(&self) -> fcmeasure::Surface<'_> {
+        fcmeasure::Surface { positions: &self.positions, faces: &self.faces }
+    }
+
     /// Adds a vertex and returns its index.
     pub(crate) fn vertex(&mut self, p: glam::DVec3) -> u32 {
         // The sample meshes stay far below 2^32 vertices.

@@ -3,9 +3,8 @@
 //! Boxes are compared in single precision with a margin, distances are computed in double precision from the exact
 //! corners, so that the answer is that of a search through all triangles.
 
+use crate::Surface;
 use glam::{DVec3, Vec3, Vec3A};
-
-use crate::data::ply_out::Mesh;
 
 /// Triangles in a leaf: fewer cost more boxes, more cost more triangles a question. Either way only time.
 const LEAF: usize = 4;
@@ -18,7 +17,7 @@ const LEAF_BIT: u32 = 1 << 31;
 
 /// Finds the triangle that is nearest to a point.
 #[derive(Debug)]
-pub(crate) struct Nearest {
+pub struct Nearest {
     /// In the order of the leaves.
     triangles: Vec<[Vec3; 3]>,
     nodes: Vec<Node>,
@@ -49,17 +48,17 @@ struct Item {
 
 /// The nearest triangle to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Hit {
-    /// Infinite when the mesh has no triangle.
-    pub(crate) squared: f64,
+pub struct Hit {
+    /// The squared distance; infinite when the mesh has no triangle.
+    pub squared: f64,
     /// A hint for a question nearby.
-    pub(crate) triangle: u32,
+    pub triangle: u32,
 }
 
 impl Nearest {
-    /// Over all faces of a mesh whose indices are in range and whose positions are finite.
-    pub(crate) fn of(mesh: &Mesh) -> Nearest {
-        let corners = |id: u32| mesh.faces[id as usize].map(|v| Vec3::from_array(mesh.positions[v as usize]));
+    /// Over all faces of a mesh.
+    pub fn of(mesh: Surface<'_>) -> Nearest {
+        let corners = |id: u32| mesh.faces.get(id as usize).map_or([Vec3::NAN; 3], |face| mesh.corners(face));
         let mut items: Vec<Item> = (0..mesh.faces.len() as u32)
             .map(|id| {
                 let [a, b, c] = corners(id);
@@ -82,7 +81,7 @@ impl Nearest {
     }
 
     /// The triangle nearest to `p`; `hint` is one that may be near, from the last answer, or any number.
-    pub(crate) fn find(&self, p: DVec3, hint: u32) -> Hit {
+    pub fn find(&self, p: DVec3, hint: u32) -> Hit {
         let mut hit = Hit { squared: f64::INFINITY, triangle: 0 };
         if let Some(corners) = self.triangles.get(hint as usize) {
             hit = Hit { squared: squared_distance(p, corners), triangle: hint };
@@ -187,7 +186,7 @@ fn build(
 }
 
 /// Squared distance of a point from a triangle, which may be a segment or a point.
-pub(crate) fn squared_distance(p: DVec3, corners: &[Vec3; 3]) -> f64 {
+pub fn squared_distance(p: DVec3, corners: &[Vec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|v| v.as_dvec3() - p);
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let n = bc.cross(ab);
@@ -211,13 +210,14 @@ pub(crate) fn squared_distance(p: DVec3, corners: &[Vec3; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::noise::unit;
+    use crate::sampling::unit;
+    use crate::tests::Mesh;
 
     /// Random triangles, some of them slivers, segments and points, far from the origin.
     fn soup(faces: usize) -> Mesh {
         let mut mesh = Mesh::default();
-        for i in 0..faces as i64 {
-            let random = |k: i64| unit(i, k, 0, 3) * 2.0 - 1.0;
+        for i in 0..faces as u64 {
+            let random = |k: u64| unit(i, k, 3) * 2.0 - 1.0;
             let center = DVec3::new(random(0), random(1), random(2)) + 40.0;
             let thin = [1.0, 1.0, 1e-5, 0.0][i as usize % 4];
             let long = if i % 7 == 6 { 0.0 } else { 0.3 };
@@ -252,7 +252,7 @@ mod tests {
         for (i, f) in mesh.faces.iter().enumerate() {
             let t = f.map(|v| Vec3::from_array(mesh.positions[v as usize]));
             for k in 0..4 {
-                let random = |c: i64| unit(i as i64, k, c, 5) - 0.5;
+                let random = |c: u64| unit(i as u64, 8 * k + c, 5) - 0.5;
                 let p = t[0].as_dvec3() + DVec3::new(random(0), random(1), random(2));
                 let (found, expected) = (squared_distance(p, &t).sqrt(), by_points(p, &t));
                 assert!(found <= expected + 1e-12 && found >= expected - 3e-3, "{i}: {found} {expected}");
@@ -264,10 +264,10 @@ mod tests {
     fn the_tree_finds_what_a_search_through_all_finds() {
         for faces in [0, 1, 4, 5, 13, 900, 20_000] {
             let mesh = soup(faces);
-            let tree = Nearest::of(&mesh);
+            let tree = Nearest::of(mesh.surface());
             let mut hint = u32::MAX;
             for i in 0..60 {
-                let random = |c: i64| unit(i, c, 1, 11) * 3.0 - 1.5;
+                let random = |c: u64| unit(i, c, 11) * 3.0 - 1.5;
                 let p = DVec3::new(random(0), random(1), random(2)) + 40.0;
                 let all = mesh
                     .faces

@@ -1,19 +1,17 @@
 //! Points spread evenly over the area of a mesh, the same on every run.
 
-use glam::{DVec3, Vec3};
+use crate::Surface;
+use glam::DVec3;
 
-use crate::data::noise;
-use crate::data::ply_out::Mesh;
-
-/// The one seed of all benches: figures of one day can be compared with those of another.
+/// The one seed: figures of one day can be compared with those of another.
 const SEED: u64 = 2007;
 
 /// `count` points on the mesh, each standing for the same area; none when the mesh has no area.
 ///
 /// The area is cut into `count` equal parts along the order of the faces and each part gets one point, so that a sum
 /// over the points varies far less than over points that are drawn freely.
-pub(crate) fn sample(mesh: &Mesh, count: usize) -> Vec<DVec3> {
-    let corners = |f: &[u32; 3]| f.map(|v| Vec3::from_array(mesh.positions[v as usize]).as_dvec3());
+pub fn sample(mesh: Surface<'_>, count: usize) -> Vec<DVec3> {
+    let corners = |f: &[u32; 3]| mesh.corners(f).map(|p| p.as_dvec3());
     let area = |f: &[u32; 3]| {
         let [a, b, c] = corners(f);
         0.5 * (b - a).cross(c - a).length()
@@ -25,7 +23,7 @@ pub(crate) fn sample(mesh: &Mesh, count: usize) -> Vec<DVec3> {
     let mut points = Vec::with_capacity(count);
     // The area before the next face; rounding leaves the last samples to the last face that has an area.
     let mut done = 0.0;
-    let random = |i: usize, k: i64| noise::unit(i as i64, k, 0, SEED);
+    let random = |i: usize, k: u64| unit(i as u64, k, SEED);
     let place = |i: usize| (i as f64 + random(i, 0)) / count as f64 * total;
     let point = |i: usize, f: &[u32; 3]| {
         let [a, b, c] = corners(f);
@@ -33,7 +31,7 @@ pub(crate) fn sample(mesh: &Mesh, count: usize) -> Vec<DVec3> {
         a * (1.0 - root) + b * (root * (1.0 - along)) + c * (root * along)
     };
     let mut last = None;
-    for f in &mesh.faces {
+    for f in mesh.faces {
         let own = area(f);
         if own > 0.0 {
             last = Some(f);
@@ -51,9 +49,22 @@ pub(crate) fn sample(mesh: &Mesh, count: usize) -> Vec<DVec3> {
     points
 }
 
+/// A well mixed hash of two numbers and a seed, as a number in [0, 1) with 53 random bits.
+pub(crate) fn unit(x: u64, y: u64, seed: u64) -> f64 {
+    let mut h = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        ^ x.wrapping_mul(0xd1b5_4a32_d192_ed03)
+        ^ y.wrapping_mul(0xaef1_7502_108e_f2d9).rotate_left(21);
+    h ^= h >> 32;
+    h = h.wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+    h ^= h >> 29;
+    h = h.wrapping_mul(0xff51_afd7_ed55_8ccd);
+    ((h ^ h >> 32) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::Mesh;
 
     /// Two squares of areas 1 and 3 share 4,000 points as 1 to 3, and either's mean is its centre.
     #[test]
@@ -62,9 +73,9 @@ mod tests {
         for (x, side) in [(0.0, 1.0), (10.0, 3.0_f64.sqrt())] {
             let corner = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)]
                 .map(|(u, v)| mesh.vertex(DVec3::new(x + u, v, 0.0)));
-            mesh.quad(corner[0], corner[1], corner[2], corner[3]);
+            mesh.quad(corner);
         }
-        let points = sample(&mesh, 4_000);
+        let points = sample(mesh.surface(), 4_000);
         let (small, large): (Vec<DVec3>, Vec<DVec3>) = points.iter().partition(|p| p.x < 5.0);
         assert_eq!((small.len(), large.len()), (1_000, 3_000));
         for (side, x, points) in [(1.0, 0.0, small), (3.0_f64.sqrt(), 10.0, large)] {
@@ -76,8 +87,8 @@ mod tests {
 
     #[test]
     fn a_mesh_without_area_has_no_samples() {
-        assert!(sample(&Mesh::default(), 10).is_empty());
+        assert!(sample(Mesh::default().surface(), 10).is_empty());
         let flat = Mesh { positions: vec![[1.0; 3]; 3], faces: vec![[0, 1, 2]] };
-        assert!(sample(&flat, 10).is_empty());
+        assert!(sample(flat.surface(), 10).is_empty());
     }
 }
