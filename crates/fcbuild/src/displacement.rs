@@ -11,29 +11,27 @@ use crate::arcs::loops::{LAST, Loops};
 use crate::bounds::NodeBounds;
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
-use fcgeom::SymMat3;
-use fct::{Displacement, ShortFloat};
-use glam::{DMat3, DVec3};
+use fct::Displacement;
+use glam::DVec3;
+use pull::{Pull, PullAt, solve, summed};
 use rayon::prelude::*;
 use std::ops::Range;
 
 pub(crate) mod promised;
+mod pull;
 
 const LEVELS: usize = Displacement::AT.len();
 
 /// Subtrees of at most this many faces are one task.
 const TASK: usize = 16_384;
 
-/// Holds a vertex to its place as a plane of this share of the clusters' area would in every direction: less lets
-/// vertices slide along nearly parallel planes, more leaves them where they are.
-const HOLD: f64 = 0.01;
-
 /// Finds the displacements of all vertices of a tree whose keys are final; copies along seams get the same.
 pub(crate) fn displacements(tree: ClusterTree<'_>) -> Vec<Displacement> {
     let ClusterTree { mesh, splits, loops, nodes: bounds, keys: activity } = tree;
     let keys = activity.iter().map(|a| a.budget).collect();
-    let around = Surroundings { mesh, splits, loops, bounds, keys, shared: shared_vertices(mesh) };
     let (tasks, above) = tasks(splits, bounds, mesh.faces.len());
+    let around = Surroundings { mesh, splits, loops, bounds, keys, shared: shared_vertices(mesh, &tasks) };
+    let above = around.above(&above, &tasks);
     // Each task solves for the vertices that none but its own faces touch, and lists the rest.
     let mut solved = vec![Displacement::default(); mesh.weld.len()];
     let mut rest = solved.as_mut_slice();
@@ -45,16 +43,11 @@ pub(crate) fn displacements(tree: ClusterTree<'_>) -> Vec<Displacement> {
         rest = after;
     }
     let mut done: Vec<Task> =
-        tasks.into_par_iter().zip(places).map(|(task, own)| around.task(task, own)).collect();
-    let mut foreign = around.above(&above, &done);
-    for task in &mut done {
-        foreign.append(&mut task.foreign);
-    }
-    for (vertex, level, pull) in foreign {
-        let place = done.partition_point(|t| t.own.end <= vertex);
-        let Some(task) = done.get_mut(place) else { continue };
-        if let Ok(i) = task.border.binary_search_by_key(&vertex, |b| b.0) {
-            task.border[i].1[level].add(&pull);
+        tasks.into_par_iter().zip(places).map(|(task, own)| around.task(task, &above, own)).collect();
+    drop(above);
+    for i in 0..done.len() {
+        for (vertex, level, pull) in std::mem::take(&mut done[i].foreign) {
+            add_to_border(&mut done, vertex, level, &pull);
         }
     }
     for (vertex, pulls) in done.into_iter().flat_map(|task| task.border) {
@@ -66,68 +59,22 @@ pub(crate) fn displacements(tree: ClusterTree<'_>) -> Vec<Displacement> {
     solved
 }
 
-/// For each vertex whether it has copies along seams; empty if none has.
-fn shared_vertices(mesh: &TreeMesh) -> Vec<bool> {
-    let mut shared = Vec::new();
+/// For each vertex whether it has copies along seams, or faces of several tasks.
+fn shared_vertices(mesh: &TreeMesh, tasks: &[Subtree]) -> Vec<bool> {
+    let mut shared = vec![false; mesh.weld.len()];
     for (v, &w) in mesh.weld.iter().enumerate().filter(|(v, w)| *v != **w as usize) {
-        shared.resize(mesh.weld.len(), false);
         shared[v] = true;
         shared[w as usize] = true;
     }
-    shared
-}
-
-/// What planes do to a vertex: the normal equations of its least squares.
-#[derive(Clone, Copy, Debug)]
-struct Pull {
-    matrix: SymMat3,
-    right: DVec3,
-    weight: f64,
-}
-
-impl Pull {
-    const NONE: Pull = Pull { matrix: SymMat3::ZERO, right: DVec3::ZERO, weight: 0.0 };
-
-    /// A plane of this normal, of which the vertex is to come down by `height`.
-    fn plane(normal: DVec3, height: f64, weight: f64) -> Pull {
-        Pull { matrix: SymMat3::outer(normal) * weight, right: normal * (-height * weight), weight }
-    }
-
-    fn add(&mut self, other: &Pull) {
-        self.matrix += other.matrix;
-        self.right += other.right;
-        self.weight += other.weight;
-    }
-
-    fn solve(&self) -> DVec3 {
-        let hold = SymMat3::IDENTITY * (HOLD * self.weight);
-        let matrix: DMat3 = (self.matrix + hold).to_dmat3();
-        let solved = matrix.inverse() * self.right;
-        if solved.is_finite() { solved } else { DVec3::ZERO }
-    }
-}
-
-/// What pulls at a vertex make of it, which has this budget key.
-fn solve(pulls: &[Pull; LEVELS], key: f32) -> Displacement {
-    let displaced = pulls.each_ref().map(|pull| pull.solve().to_array());
-    Displacement::encode(displaced, ShortFloat::up(f64::from(key)))
-}
-
-/// A vertex, a level, and what happens to it there.
-type PullAt = (usize, usize, Pull);
-
-/// Adds up pulls at the same vertex and level, in their order.
-fn summed(mut pulls: Vec<PullAt>) -> Vec<PullAt> {
-    pulls.sort_by_key(|(vertex, level, _)| (*vertex, *level));
-    pulls.dedup_by(|next, sum| {
-        let same = (next.0, next.1) == (sum.0, sum.1);
-        if same {
-            sum.2.add(&next.2);
+    for Subtree { faces, .. } in tasks {
+        let own = mesh.own_vertices(faces).start;
+        for &v in mesh.faces[faces.clone()].as_flattened() {
+            if (v as usize) < own {
+                shared[v as usize] = true;
+            }
         }
-        same
-    });
-    pulls.shrink_to_fit();
-    pulls
+    }
+    shared
 }
 
 /// A subtree and the key of the node above it.
@@ -145,8 +92,46 @@ struct Task {
     border: Vec<(usize, [Pull; LEVELS])>,
     /// Pulls at other vertices.
     foreign: Vec<PullAt>,
-    first_face: usize,
-    area: f64,
+}
+
+/// What the nodes above all tasks do to vertices: less memory than the pulls, where whole open boundaries are theirs.
+#[derive(Default)]
+struct Above {
+    /// The normal of each node's plane, and the area of the node.
+    planes: Vec<(DVec3, f64)>,
+    /// By vertices, and at each in the order of the nodes.
+    at: Vec<FromAbove>,
+}
+
+/// What one of these nodes does to a vertex.
+#[derive(Clone, Copy)]
+struct FromAbove {
+    vertex: u32,
+    plane: u32,
+    /// By how much the vertex is to come down.
+    height: f64,
+    levels: [bool; LEVELS],
+}
+
+impl Above {
+    /// Shows the pulls at some vertices.
+    fn pulls(&self, of: &Range<usize>, mut show: impl FnMut(usize, usize, Pull)) {
+        let first = self.at.partition_point(|at| (at.vertex as usize) < of.start);
+        for at in self.at[first..].iter().take_while(|at| (at.vertex as usize) < of.end) {
+            let (normal, area) = self.planes[at.plane as usize];
+            let pull = Pull::plane(normal, at.height, area);
+            (0..LEVELS).filter(|level| at.levels[*level]).for_each(|l| show(at.vertex as usize, l, pull));
+        }
+    }
+}
+
+/// Adds a pull at a vertex on the border of the task that owns it.
+fn add_to_border(tasks: &mut [Task], vertex: usize, level: usize, pull: &Pull) {
+    let place = tasks.partition_point(|t| t.own.end <= vertex);
+    let Some(Task { border, .. }) = tasks.get_mut(place) else { return };
+    if let Ok(i) = border.binary_search_by_key(&vertex, |b| b.0) {
+        border[i].1[level].add(pull);
+    }
 }
 
 struct Surroundings<'a> {
@@ -156,6 +141,7 @@ struct Surroundings<'a> {
     bounds: &'a [NodeBounds],
     /// The budget key of each vertex; copies along a seam have the same.
     keys: Vec<f32>,
+    /// Which vertices others than the task that owns them may pull at.
     shared: Vec<bool>,
 }
 
@@ -212,7 +198,7 @@ fn children(splits: &[Split], bounds: &[NodeBounds], s: &Subtree) -> [Subtree; 2
 
 impl Surroundings<'_> {
     /// `solved` is for the vertices that the subtree's faces are the first to use.
-    fn task(&self, root: Subtree, solved: &mut [Displacement]) -> Task {
+    fn task(&self, root: Subtree, above: &Above, solved: &mut [Displacement]) -> Task {
         let own = self.mesh.own_vertices(&root.faces);
         let first_face = root.faces.start;
         let mut areas = vec![0.0];
@@ -221,7 +207,6 @@ impl Surroundings<'_> {
             area += self.area(face);
             areas.push(area);
         }
-        let is_border = self.is_border(&root, &own);
         let mut pulls = vec![[Pull::NONE; LEVELS]; own.len()];
         let mut foreign = Vec::new();
         let mut add = |vertex: usize, level: usize, pull: Pull| match vertex
@@ -238,56 +223,51 @@ impl Surroundings<'_> {
             if s.faces.len() == 1 {
                 self.pull_of_face(&s, area, &mut add);
             } else {
-                self.pull_of_node(&s, area, &mut scratch, &mut add);
+                let normal = self.splits[s.node].normal.as_dvec3();
+                self.pull_of_node(&s, &mut scratch, |start, height| {
+                    let pull = Pull::plane(normal, height, area);
+                    self.at_levels(start, |v, level| add(v, level, pull));
+                });
                 let [left, right] = children(self.splits, self.bounds, &s);
                 stack.push(right);
                 stack.push(left);
             }
         }
-        let border = (0..pulls.len()).filter(|v| is_border[*v]).map(|v| (own.start + v, pulls[v])).collect();
-        for ((solved, levels), key) in solved.iter_mut().zip(&pulls).zip(&self.keys[own.clone()]) {
+        above.pulls(&own, add);
+        let (keys, shared) = (&self.keys[own.clone()], &self.shared[own.clone()]);
+        // A vertex of another key is not displaced, whatever pulls.
+        let is_border = |v: &usize| shared[*v] && keys[*v] > 0.0 && keys[*v].is_finite();
+        let mut border = Vec::with_capacity((0..own.len()).filter(is_border).count());
+        border.extend((0..own.len()).filter(is_border).map(|v| (own.start + v, pulls[v])));
+        for ((solved, levels), key) in solved.iter_mut().zip(&pulls).zip(keys) {
             *solved = solve(levels, *key);
         }
-        Task { own, border, foreign: summed(foreign), first_face, area }
+        Task { own, border, foreign: summed(foreign) }
     }
 
-    /// Which of the own vertices of a subtree others may pull at.
-    fn is_border(&self, root: &Subtree, own: &Range<usize>) -> Vec<bool> {
-        let mut is_border = match self.shared.get(own.clone()) {
-            Some(shared) => shared.to_vec(),
-            None => vec![false; own.len()],
-        };
-        let mut mark = |vertex: u32| {
-            if let Some(b) = (vertex as usize).checked_sub(own.start).and_then(|v| is_border.get_mut(v)) {
-                *b = true;
-            }
-        };
-        if root.faces.len() == 1 {
-            self.mesh.faces[root.faces.start].into_iter().for_each(mark);
-        } else {
-            self.loops
-                .read(root.node, &mut Vec::new())
-                .iter()
-                .for_each(|h| mark(self.mesh.origin(h & !LAST)));
-        }
-        is_border
-    }
-
-    /// The pulls of the nodes above all tasks.
-    fn above(&self, nodes: &[Subtree], tasks: &[Task]) -> Vec<PullAt> {
+    /// What the nodes above all tasks do.
+    fn above(&self, nodes: &[Subtree], tasks: &[Subtree]) -> Above {
+        let area = |task: &Subtree| task.faces.clone().fold(0.0, |sum, face| sum + self.area(face));
+        let areas: Vec<f64> = tasks.par_iter().map(area).collect();
         let mut before = vec![0.0];
         let mut sum = 0.0;
-        for t in tasks {
-            sum += t.area;
+        for area in areas {
+            sum += area;
             before.push(sum);
         }
-        let area_before = |face: usize| before[tasks.partition_point(|t| t.first_face < face)];
-        let (mut pulls, mut scratch) = (Vec::new(), Scratch::default());
+        let area_before = |face: usize| before[tasks.partition_point(|t| t.faces.start < face)];
+        let (mut above, mut scratch) = (Above::default(), Scratch::default());
         for s in nodes {
             let area = area_before(s.faces.end) - area_before(s.faces.start);
-            self.pull_of_node(s, area, &mut scratch, |v, level, pull| pulls.push((v, level, pull)));
+            let plane = above.planes.len() as u32;
+            above.planes.push((self.splits[s.node].normal.as_dvec3(), area));
+            self.pull_of_node(s, &mut scratch, |start, height| {
+                let vertex = self.mesh.weld[start.vertex as usize];
+                above.at.push(FromAbove { vertex, plane, height, levels: start.levels });
+            });
         }
-        pulls
+        above.at.sort_by_key(|at| at.vertex);
+        above
     }
 
     /// Shows what the plane of a single face, which is its own, does to its corners.
@@ -302,14 +282,9 @@ impl Surroundings<'_> {
         }
     }
 
-    /// Shows what the plane of a node does to the vertices on its boundary, as long as the node is drawn.
-    fn pull_of_node(
-        &self,
-        s: &Subtree,
-        area: f64,
-        scratch: &mut Scratch,
-        mut show: impl FnMut(usize, usize, Pull),
-    ) {
+    /// Shows the vertices on the boundary of a node that its plane pulls at as long as the node is drawn, and by how much
+    /// they are to come down.
+    fn pull_of_node(&self, s: &Subtree, scratch: &mut Scratch, mut show: impl FnMut(&Start, f64)) {
         let (split, key) = (&self.splits[s.node], f64::from(self.bounds[s.node].budget));
         if !key.is_finite() || key >= s.parent_key {
             return;
@@ -352,8 +327,7 @@ impl Surroundings<'_> {
         }
         let mean = if length > 0.0 { sum / length } else { 0.0 };
         for (start, height) in &*pulled {
-            let pull = Pull::plane(normal, 0.5 * (height + mean), area);
-            self.at_levels(start, |v, level| show(v, level, pull));
+            show(start, 0.5 * (height + mean));
         }
     }
 
