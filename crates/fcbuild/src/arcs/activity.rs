@@ -4,7 +4,6 @@ use super::corners::{BOUND_ONLY, Registration};
 use super::curves::CurveRecord;
 use crate::bounds::NodeBounds;
 use crate::clusters::PackedClusters;
-use crate::mesh::NONE;
 use crate::partition::{Split, Subtree};
 use crate::tree_order::TreeMesh;
 use fcgeom::{Sphere, round_up};
@@ -53,7 +52,6 @@ pub(crate) struct Asking<'a> {
 pub(crate) fn gather(asking: &Asking<'_>) -> Vec<Activity> {
     let Asking { mesh, splits, registrations, curves, nodes, clusters } = asking;
     let mut records = vec![Activity::NEVER; mesh.weld.len()];
-    let split_off = split_off(splits, mesh.faces.len());
     // Each thread goes through all registrations for some of the vertices: reading is the least of the work.
     let share = records.len().div_ceil(rayon::current_num_threads()).max(1);
     records.par_chunks_mut(share).enumerate().for_each(|(i, records)| {
@@ -74,44 +72,27 @@ pub(crate) fn gather(asking: &Asking<'_>) -> Vec<Activity> {
         for r in registrations.iter().flatten() {
             add(r.vertex, r.node);
         }
-        for (face, &node) in mesh.faces.iter().zip(&split_off).filter(|(_, node)| **node != NONE) {
-            for &vertex in face {
+        each_split_off(splits, mesh.faces.len(), |face, node| {
+            for &vertex in &mesh.faces[face] {
                 add(mesh.weld[vertex as usize], node);
             }
-        }
+        });
     });
     raise(curves, &mut records);
     records
 }
 
-/// For each face the node whose split leaves it alone; [`NONE`] if it is the only face.
-fn split_off(splits: &[Split], faces: usize) -> Vec<u32> {
-    let mut split_off = vec![NONE; faces];
-    split_off_below(splits, NONE, Subtree::whole(faces), &mut split_off);
-    split_off
-}
-
-/// Below this many faces a subtree stays on one thread.
-const SERIAL_BELOW: usize = 16_384;
-
-/// The same for the faces of a subtree, whose root is a child of this node.
-fn split_off_below(splits: &[Split], parent: u32, at: Subtree, out: &mut [u32]) {
-    if at.faces.len() >= SERIAL_BELOW {
-        let (left, node) = (splits[at.node].left_faces as usize, at.node as u32);
-        let ([at_l, at_r], (out_l, out_r)) = (at.children(splits), out.split_at_mut(left));
-        rayon::join(
-            || split_off_below(splits, node, at_l, out_l),
-            || split_off_below(splits, node, at_r, out_r),
-        );
-        return;
-    }
-    let first = at.faces.start;
-    let mut stack = vec![(parent, at)];
+/// Shows each face and the node whose split leaves it alone, in the order of the faces; nothing if there is but one face.
+fn each_split_off(splits: &[Split], faces: usize, mut show: impl FnMut(usize, u32)) {
+    let mut stack = vec![(None, Subtree::whole(faces))];
     while let Some((parent, at)) = stack.pop() {
-        if at.is_face() {
-            out[at.faces.start - first] = parent;
-        } else {
-            stack.extend(at.children(splits).map(|child| (at.node as u32, child)));
+        if !at.is_face() {
+            let node = at.node as u32;
+            let [left, right] = at.children(splits);
+            stack.push((Some(node), right));
+            stack.push((Some(node), left));
+        } else if let Some(node) = parent {
+            show(at.faces.start, node);
         }
     }
 }
