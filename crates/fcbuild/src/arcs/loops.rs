@@ -20,8 +20,8 @@ pub struct Loops {
     pieces: Vec<Entries>,
     /// Each node's first entry: the piece, and the place in it.
     start: Vec<(u32, u32)>,
-    /// Each node's number of entries.
-    len: Vec<u32>,
+    /// The number of entries of each node of a small subtree; others have a piece of their own.
+    len: Vec<u16>,
     /// For each half-edge between two faces: the cut that it lies on ends, or branches, where it starts.
     ///
     /// Every such half-edge lies on the cut of exactly one node, the lowest one that owns both faces.
@@ -38,7 +38,7 @@ impl Loops {
         let mut stamp = vec![0_u32; 3 * faces];
         let mut starts_at_end = vec![false; 3 * faces];
         let mut start = vec![(0, 0); splits.len()];
-        let mut len = vec![0_u32; splits.len()];
+        let mut len = vec![0_u16; splits.len()];
         let subtree = Subtree {
             mesh,
             splits,
@@ -71,17 +71,15 @@ impl Loops {
     /// The same after what is in a list.
     pub fn append(&self, node: usize, out: &mut Vec<u32>) {
         let (piece, start) = self.start[node];
-        let len = self.len[node] as usize;
-        if len > 0 {
-            self.pieces[piece as usize].append(start as usize..start as usize + len, out);
-        }
+        let start = start as usize;
+        self.pieces[piece as usize].append(start..start + usize::from(self.len[node]), out);
     }
 }
 
 /// Half-edges in a row; the last one of each loop has a mark.
 #[derive(Debug)]
 enum Entries {
-    /// Half-edges anywhere, with [`LAST`].
+    /// Half-edges anywhere, with [`LAST`], of one node.
     Far(Vec<u32>),
     /// Those of a small subtree, counted from its first one, with [`NEAR_LAST`]: half the memory, where most of it is.
     Near { first: u32, entries: Vec<u16> },
@@ -90,7 +88,7 @@ enum Entries {
 /// [`LAST`] in the entries of a small subtree.
 const NEAR_LAST: u16 = 1 << 15;
 
-// Its half-edges leave the mark free.
+// Its half-edges leave the mark free, and their number is told in 16 bits.
 const _: () = assert!(3 * SERIAL_BELOW <= NEAR_LAST as usize);
 
 impl Entries {
@@ -100,16 +98,10 @@ impl Entries {
         Entries::Near { first, entries }
     }
 
-    fn len(&self) -> usize {
-        match self {
-            Entries::Far(entries) => entries.len(),
-            Entries::Near { entries, .. } => entries.len(),
-        }
-    }
-
+    /// Appends those of a node; the range is where they are in a small subtree.
     fn append(&self, range: Range<usize>, out: &mut Vec<u32>) {
         match self {
-            Entries::Far(entries) => out.extend_from_slice(&entries[range]),
+            Entries::Far(entries) => out.extend_from_slice(entries),
             Entries::Near { first, entries } => {
                 let mark = |e: u16| u32::from(e & NEAR_LAST) << 16;
                 // No half-edge is beyond 2^31: without a look at that, some are read at a time.
@@ -146,7 +138,7 @@ struct Subtree<'a> {
     ends: &'a mut [bool],
     /// Each node's first entry: the piece, which is not known yet, and the place in it.
     start: &'a mut [(u32, u32)],
-    len: &'a mut [u32],
+    len: &'a mut [u16],
     /// The loops of the node in hand, while those of its children are read.
     added: Vec<u32>,
 }
@@ -204,8 +196,8 @@ impl Subtree<'_> {
         };
         let mut own = Vec::new();
         {
-            let len_l = if left > 1 { self.len[1] as usize } else { 0 };
-            let len_r = if self.faces.len() - left > 1 { self.len[left] as usize } else { 0 };
+            let len_l = if left > 1 { self.len[1] } else { 0 };
+            let len_r = if self.faces.len() - left > 1 { self.len[left] } else { 0 };
             let loops_l = tail(&pieces, len_l, self.faces.start, left);
             let loops_r = tail(&right_pieces, len_r, middle, self.faces.len() - left);
             self.join(0, self.faces.clone(), middle, &loops_l, &loops_r, &mut own);
@@ -223,12 +215,12 @@ impl Subtree<'_> {
             self.collect(node + 1, faces.start..middle, out);
         }
         let end_l = out.len();
-        let len_l = if left > 1 { self.len[node + 1] as usize } else { 0 };
+        let len_l = if left > 1 { usize::from(self.len[node + 1]) } else { 0 };
         if faces.end - middle > 1 {
             self.collect(node + left, middle..faces.end, out);
         }
         let end_r = out.len();
-        let len_r = if faces.end - middle > 1 { self.len[node + left] as usize } else { 0 };
+        let len_r = if faces.end - middle > 1 { usize::from(self.len[node + left]) } else { 0 };
         let mut added = std::mem::take(&mut self.added);
         added.clear();
         {
@@ -249,6 +241,7 @@ impl Subtree<'_> {
             self.join(node, faces, middle, loops_l, loops_r, &mut added);
         }
         self.start[node].1 = out.len() as u32;
+        self.len[node] = added.len() as u16;
         out.extend_from_slice(&added);
         self.added = added;
     }
@@ -300,7 +293,6 @@ impl Subtree<'_> {
                 self.stamp[at(across)] = stamp;
             }
         }
-        let before = out.len();
         for &h in loops_l.iter().chain(loops_r) {
             let first = h & !LAST;
             if self.stamp[at(first)] == stamp {
@@ -318,7 +310,6 @@ impl Subtree<'_> {
                 h = following;
             }
         }
-        self.len[node] = (out.len() - before) as u32;
     }
 }
 
@@ -327,16 +318,17 @@ fn loop_of_face(face: usize) -> [u32; 3] {
     [h, h + 1, (h + 2) | LAST]
 }
 
-/// The root's own loops at the end of a child's pieces.
-fn tail(pieces: &[Piece], len: usize, first_face: usize, faces: usize) -> Vec<u32> {
+/// The root's own loops at the end of a child's pieces; their number tells where they begin in a small subtree.
+fn tail(pieces: &[Piece], len: u16, first_face: usize, faces: usize) -> Vec<u32> {
+    let mut own = Vec::new();
     match pieces.last() {
         Some(Piece { entries, .. }) if faces > 1 => {
-            let mut own = Vec::with_capacity(len);
-            entries.append(entries.len() - len..entries.len(), &mut own);
-            own
+            let end = if let Entries::Near { entries, .. } = entries { entries.len() } else { 0 };
+            entries.append(end.saturating_sub(usize::from(len))..end, &mut own);
         }
-        _ => loop_of_face(first_face).to_vec(),
+        _ => own.extend(loop_of_face(first_face)),
     }
+    own
 }
 
 /// True if the half-edge lies between two faces of the mesh.
