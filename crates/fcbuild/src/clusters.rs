@@ -124,7 +124,7 @@ pub(crate) struct Outlined {
 }
 
 /// Pages that one thread packs in a row.
-const PAGES_AT_ONCE: usize = 64;
+const PAGES_AT_ONCE: usize = 16;
 
 /// Packs the tree and puts the decoded numbers in the place of the measured ones: what vertices ask of nodes must hold
 /// for what a reader will see.
