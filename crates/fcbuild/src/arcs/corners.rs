@@ -238,7 +238,7 @@ impl Walk<'_> {
         let middle = faces.start + left_faces;
         let parent = (!self.splits[node].joins_components).then_some(node as u32);
         let above = bounds.bound;
-        let direction = (!bounds.from_corners).then(|| bounds.slack.direction().as_vec3());
+        let direction = (!bounds.is_from_corners()).then(|| bounds.slack.direction().as_vec3());
         let children = [
             Child { node: node + 1, parent, above, direction, faces: faces.start..middle },
             Child { node: node + left_faces, parent, above, direction, faces: middle..faces.end },

@@ -165,7 +165,7 @@ impl Flaps<'_> {
     fn normal(&self, order: Order, side: &Side) -> DVec3 {
         if side.at.is_face() {
             self.tree.mesh.normal_of_face(side.face).as_dvec3()
-        } else if order == Order::Bound && self.tree.nodes[side.at.node].from_corners {
+        } else if order == Order::Bound && self.tree.nodes[side.at.node].is_from_corners() {
             DVec3::ZERO
         } else {
             self.tree.splits[side.at.node].normal.as_dvec3()

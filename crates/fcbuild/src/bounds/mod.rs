@@ -15,7 +15,7 @@ mod support;
 mod supports;
 
 pub(crate) use gaze::Gaze;
-pub use node::{Above, Cluster, Measurer, NodeBounds};
+pub use node::{Above, Cluster, Fit, Measurer, NodeBounds};
 pub use outliers::raise_keys;
 pub(crate) use slab::RIDGE;
 pub(crate) use support::farther;

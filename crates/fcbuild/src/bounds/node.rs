@@ -24,16 +24,30 @@ pub struct NodeBounds {
     pub reach: f32,
     /// Budget key, a length in normal units; not below a child's once nested.
     pub budget: f32,
-    /// True if the cluster's own bound is a distance from corners that are always drawn, so that no polygon must lie
-    /// under it.
-    pub from_corners: bool,
-    /// True if the cluster's plane is nearly perpendicular to the axis of its normal cone, and a slab its bound; the
-    /// same of all clusters below once nested.
-    pub follows_cone: bool,
-    /// Whether the cluster's own cone is narrow.
-    pub narrow_cone: bool,
+    /// What the cluster is measured by.
+    pub fit: Fit,
     /// What the bound leaves to displaced vertices.
     pub slack: Slack,
+}
+
+/// What a cluster is measured by, and how near its plane is to its normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// Its own bound is a distance from corners that are always drawn, so that no polygon must lie under it.
+    Corners,
+    /// Its own bound is a slab.
+    Slab,
+    /// The same, and its plane is nearly perpendicular to the axis of its normal cone; so it is with all clusters below
+    /// once nested.
+    AlongCone,
+    /// The same, and its own cone is narrow.
+    Flat,
+}
+
+impl Fit {
+    fn is_along_cone(self) -> bool {
+        matches!(self, Fit::AlongCone | Fit::Flat)
+    }
 }
 
 impl NodeBounds {
@@ -42,9 +56,7 @@ impl NodeBounds {
         bound: f32::INFINITY,
         reach: f32::INFINITY,
         budget: f32::INFINITY,
-        from_corners: true,
-        follows_cone: false,
-        narrow_cone: false,
+        fit: Fit::Corners,
         slack: Slack::NONE,
     };
 
@@ -52,7 +64,12 @@ impl NodeBounds {
     ///
     /// The cones below have their axes in this one's: their planes and normals lie within 10 degrees of its axis.
     pub fn is_flat(&self) -> bool {
-        self.follows_cone && self.narrow_cone
+        self.fit == Fit::Flat
+    }
+
+    /// Whether the cluster's own bound is a distance from its corners.
+    pub fn is_from_corners(&self) -> bool {
+        self.fit == Fit::Corners
     }
 
     /// Raises the bound to at least this.
@@ -68,10 +85,15 @@ impl NodeBounds {
             self.raise_bound(child.bound);
             self.budget = self.budget.max(child.budget);
             self.reach = self.reach.max(child.reach);
-            self.follows_cone &= child.follows_cone;
+            if self.fit.is_along_cone() && !child.fit.is_along_cone() {
+                self.fit = Fit::Slab;
+            }
         }
     }
 }
+
+// There are as many as faces.
+const _: () = assert!(size_of::<NodeBounds>() == 20);
 
 /// Cosine of 2.9 degrees: how far a plane's normal may be from the axis of its cone to follow it.
 const FOLLOWS: f32 = 0.99872;
@@ -239,10 +261,15 @@ impl<'a> Measurer<'a> {
         let budget = if bound == f64::INFINITY { f32::INFINITY } else { split.key };
         // Rounding leaves more of it, not less.
         let bound = round_up(bound);
-        let follows_cone = !from_corners && split.normal.dot(cone.axis) > FOLLOWS;
-        let narrow_cone = cone.cos > FLAT_CONE;
+        let is_along_cone = split.normal.dot(cone.axis) > FOLLOWS;
+        let fit = match (from_corners, is_along_cone) {
+            (true, _) => Fit::Corners,
+            (false, false) => Fit::Slab,
+            (false, true) if cone.cos > FLAT_CONE => Fit::Flat,
+            (false, true) => Fit::AlongCone,
+        };
         let reach = reach.min(bound);
-        (NodeBounds { bound, reach, budget, from_corners, follows_cone, narrow_cone, slack }, cone, added)
+        (NodeBounds { bound, reach, budget, fit, slack }, cone, added)
     }
 
     /// Whether all faces face a direction that is near the one along which the polygon is triangulated.

@@ -76,8 +76,7 @@ impl Slab {
         let along = self.bound() / RIDGE;
         let [above, below] = self.apart();
         let room = [along - below, along - above];
-        let slack = Slack::of_slab(self.stored, room, self.least, self.bound());
-        if self.supported.is_some() { slack.leaning() } else { slack }
+        Slack::of_slab(self.stored, room, self.least, self.bound())
     }
 
     /// Widens the extent to a height.

@@ -17,8 +17,6 @@ pub struct Slack {
     room: [u8; 2],
     /// What its bound must be for all that is not measured along the direction: all of it for a folded cluster.
     beside: u8,
-    /// Whether it is measured between planes that lean, which tell the room beside each vertex, see [`super::Support`].
-    pub leans: bool,
 }
 
 const STEPS: f64 = 255.0;
@@ -33,23 +31,14 @@ fn up(share: f64) -> u8 {
 
 impl Slack {
     /// A cluster that leaves none.
-    pub(super) const NONE: Slack = Slack {
-        direction: FineNormalRecord { uv: [fct::I16::ZERO; 2] },
-        room: [0; 2],
-        beside: u8::MAX,
-        leans: false,
-    };
+    pub(super) const NONE: Slack =
+        Slack { direction: FineNormalRecord { uv: [fct::I16::ZERO; 2] }, room: [0; 2], beside: u8::MAX };
 
     /// A slab of this bound, whose polygons may be `room` higher and lower than they are without displacement, with arcs
     /// that ask for a bound of `beside`.
     pub(super) fn of_slab(direction: FineNormalRecord, room: [f64; 2], beside: f64, bound: f64) -> Slack {
         if bound > 0.0 && bound.is_finite() {
-            Slack {
-                direction,
-                room: room.map(|room| down(room / bound)),
-                beside: up(beside / bound),
-                leans: false,
-            }
+            Slack { direction, room: room.map(|room| down(room / bound)), beside: up(beside / bound) }
         } else {
             Slack::NONE
         }
@@ -58,11 +47,6 @@ impl Slack {
     /// A folded cluster, which is measured from its corners.
     pub(super) fn of_folded(measured: f64) -> Slack {
         Slack::of_slab(FineNormalRecord::default(), [0.0; 2], measured, EASE * measured)
-    }
-
-    /// The same of a cluster that is measured between planes that lean.
-    pub(super) fn leaning(self) -> Slack {
-        Slack { leans: true, ..self }
     }
 
     /// The same in shares of a bound that has been raised.

@@ -84,7 +84,7 @@ impl AllSupports {
         AllSupports(pieces.filter(|piece| !piece.supports.is_empty()).collect())
     }
 
-    /// Those of a node.
+    /// Those of a node; none if it is not measured between planes that lean.
     pub(crate) fn of_node(&self, node: usize) -> &[Support] {
         let after = self.0.partition_point(|piece| piece.first as usize <= node);
         let Some(Piece { first, supports }) = after.checked_sub(1).map(|piece| &self.0[piece]) else {
@@ -92,6 +92,7 @@ impl AllSupports {
         };
         let place = node - *first as usize;
         let some = &supports[supports.partition_point(|support| usize::from(support.place) < place)..];
-        &some[..some.partition_point(|support| usize::from(support.place) == place)]
+        // There are four at most.
+        &some[..some.iter().take_while(|support| usize::from(support.place) == place).count()]
     }
 }

@@ -123,12 +123,13 @@ impl Cluster<'_> {
         // The same of all of the border.
         let all = slack.room(bound, bound).map(|room| bound / RIDGE - room);
         apart.clear();
-        if own.from_corners {
+        if own.is_from_corners() {
             // Nothing is measured along a direction.
             apart.resize(border.len(), [0.0; 2]);
             return Cluster::around(own, 1.0);
         }
-        if !slack.leans {
+        let supports = supports.of_node(node);
+        if supports.is_empty() {
             let [low, high] = look_along(tree.mesh, border, direction, heights);
             apart.extend(heights.iter().map(|height| [all[0] - (high - height), all[1] - (height - low)]));
             return Cluster::around(own, 1.0);
@@ -137,7 +138,6 @@ impl Cluster<'_> {
         // the most.
         apart.resize(border.len(), [f64::NEG_INFINITY; 2]);
         let gaze = Gaze::along(direction);
-        let supports = supports.of_node(node);
         for support in supports {
             let farther = farther(support.slope());
             let [low, high] = look_along(tree.mesh, border, gaze.leant(support.slope()), heights);
@@ -203,7 +203,7 @@ impl Cluster<'_> {
         vertex.share(self.bound, |step, allowed| {
             let (length, most) = (step.length(), allowed / self.divided);
             let beside = slack.step(self.bound, allowed) / length;
-            if self.node.from_corners {
+            if self.node.is_from_corners() {
                 return beside;
             }
             let up = step.dot(self.direction);
@@ -306,6 +306,7 @@ struct Reach {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bounds::Fit;
 
     #[test]
     fn a_share_ends_where_the_distance_is_reached() {
@@ -353,12 +354,12 @@ mod tests {
             low + (high - low) * f64::from(state >> 8) / 16_777_216.0
         };
         for _ in 0..20_000 {
-            let mut node =
-                NodeBounds { bound: 1.0, from_corners: random(0.0, 1.0) < 0.2, ..NodeBounds::UNKNOWN };
+            let fit = if random(0.0, 1.0) < 0.2 { Fit::Corners } else { Fit::Slab };
+            let mut node = NodeBounds { bound: 1.0, fit, ..NodeBounds::UNKNOWN };
             node.raise_bound(random(1.0, 3.0) as f32);
             let cluster = Cluster::around(&node, random(1.0, 1.2));
             let apart =
-                [0; 2].map(|_| if node.from_corners { 0.0 } else { random(-0.5, 1.0) * cluster.most });
+                [0; 2].map(|_| if node.is_from_corners() { 0.0 } else { random(-0.5, 1.0) * cluster.most });
             let mut step = || [0; 3].map(|_| random(-0.5, 0.5));
             let displacement = Displacement::encode([step(), step()], ShortFloat::up(1.0));
             let vertex = Vertex { displacement, bound: random(0.5, 12.0), budget: random(0.1, 3.0) };
