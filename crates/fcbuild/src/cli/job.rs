@@ -76,7 +76,8 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     let import = start.elapsed();
     check_strict(settings, &soup.tally)?;
 
-    memory::check(memory::estimate_of_soup(&soup, settings.weld), settings.max_memory.as_ref())?;
+    let estimate = memory::estimate_of_soup(&soup, settings.weld, settings.split);
+    memory::check(estimate, settings.max_memory.as_ref())?;
     let counts = format!(
         "{} and {} vertices",
         counted(soup.triangles.len() as u64, "face"),
@@ -91,7 +92,7 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     };
     let prepared = pool.install(|| Prepared::new(soup, &options)).map_err(|e| blame(settings, e))?;
     // Seams and borders are known now, which cost more than faces.
-    let estimate = memory::estimate(&prepared.extent());
+    let estimate = memory::estimate(&prepared.extent(), settings.split);
     memory::check(estimate, settings.max_memory.as_ref())?;
     progress.note(&format!("{counts}: about {} of memory", Size::of_bytes(estimate)));
     let mut built = pool.install(|| prepared.build(&options)).map_err(|e| blame(settings, e))?;
