@@ -12,10 +12,12 @@
 //!
 //! let tree = fct::Tree::open("dragon.fct")?;
 //! let mut mesh = Extraction::default();
-//! extract(&tree, &Selection::uniform(0.5, Order::Bound), &mut mesh)?;
+//! // No point of the surface is farther off than this, in the unit of the input.
+//! extract(&tree, &Selection::uniform(0.001, Order::Bound), &mut mesh)?;
 //! for triangle in mesh.indices.chunks_exact(3) {
 //!     let corner = &tree.vertices()[triangle[0] as usize];
-//!     println!("{:?}", corner.position());
+//!     // In single precision, beside the origin that coordinates of the input count from.
+//!     println!("{:?} and {:?}", corner.position(), tree.meta().origin);
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

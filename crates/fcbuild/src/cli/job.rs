@@ -116,7 +116,7 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
 fn warn_of_seams(built: &mut Built) {
     let edges = built.meta.seam_edges;
     let groups = if built.meta.group_names.len() > 1 {
-        ", by faces of different groups, which --join-groups makes one surface of,"
+        ", by faces of two groups (which --join-groups makes one surface of),"
     } else {
         ""
     };
@@ -125,7 +125,7 @@ fn warn_of_seams(built: &mut Built) {
         "seam_edges",
         edges,
         format!(
-            "{} {were} shared by more than two faces{groups} or by faces of inconsistent winding; \
+            "{} {were} shared by more than two faces{groups} or by faces that are wound against each other; \
              the surface is cut {there}",
             grouped(edges)
         ),

@@ -141,7 +141,10 @@ fn warn(tally: &mut Tally, findings: &Findings, unused: u64) {
                 "statements of curves and free-form surfaces are ignored; export them as polygons"
             }
             "vertex_weights" => "weights of vertices are ignored, since polygons have none",
-            "partial_colors" => "vertices do not follow the first one in having or lacking a colour",
+            "partial_colors" => {
+                "vertices lack a colour where the first one has one, and become white, or have one where that lacks it, \
+                 and lose it"
+            }
             "outside_material_files" => "material files outside the input's folder are not looked for",
             "texture_coordinates" => TEXTURES,
             "materials" => MATERIALS,
