@@ -232,7 +232,7 @@ fn build_prepared(
     clock.lap(Phase::Boundaries);
 
     tell(Phase::Bounds, 0);
-    let Curves { ends, stretches } = curves::find(&mesh, &component, component_count);
+    let Curves { mut ends, stretches } = curves::find(&mesh, &component, component_count);
     drop(component);
     let mut anchored = vec![false; mesh.positions.len()];
     for r in ends.iter().filter(|r| r.bound == f64::INFINITY) {
@@ -244,9 +244,10 @@ fn build_prepared(
     // The walk takes about seven tenths of the stage; what follows has no faces to count.
     let measured = counter(Phase::Bounds);
     let tenths = |n: u64| (options.progress)(Phase::Bounds, (faces * n).div_ceil(10), faces);
-    let Registered { registrations, mut nodes, cones, supports } =
+    let Registered { registrations, anchors, mut nodes, cones, supports } =
         corners::register(&mesh, &splits, &loops, &anchored, &|n| measured(n * 7 / 10));
     drop(anchored);
+    ends.extend(anchors);
     if mode == SplitMode::Quality {
         bounds::raise_keys(&mut nodes);
     }

@@ -1,11 +1,12 @@
 //! Which vertices each split registers as corners of its children's polygons.
 
+use super::anchors;
+use super::curves::CurveRecord;
 use super::loops::{LAST, Loops, split_loops};
-use super::polyline;
 use crate::bounds::{Above, AllSupports, Cluster, Measurer, NodeBounds, Piece};
 use crate::partition::Split;
 use crate::tree_order::TreeMesh;
-use fcgeom::Cone;
+use fcgeom::{Cone, Sphere};
 use glam::Vec3;
 use std::ops::Range;
 
@@ -18,8 +19,8 @@ pub struct Registration {
     pub node: u32,
 }
 
-/// Set where only the distance bound needs a vertex. The budget order leaves it out: there it would cost triangles that
-/// lower the mean error more elsewhere, and a bound that is printed counts it as left out.
+/// Set where only the distance bound needs a vertex. The budget order leaves it out, or draws it later: there it would
+/// cost triangles that lower the mean error more elsewhere, and a bound that is printed counts it as left out.
 pub const BOUND_ONLY: u32 = 1 << 31;
 
 /// What the walk down the tree finds.
@@ -28,6 +29,8 @@ pub struct Registered {
     ///
     /// A split that leaves a single face needs all corners of it; they are not among these.
     pub registrations: Vec<Vec<Registration>>,
+    /// When the budget order draws the anchors of small closed cuts.
+    pub anchors: Vec<CurveRecord>,
     /// The nested bounds of each node.
     pub nodes: Vec<NodeBounds>,
     /// The normal cone of each node.
@@ -39,6 +42,7 @@ pub struct Registered {
 /// What a stretch of the walk finds, besides the measures of nodes.
 struct Found {
     registrations: Vec<Registration>,
+    anchors: Vec<CurveRecord>,
     supports: Piece,
 }
 
@@ -56,7 +60,8 @@ pub fn register(
     let mut cones = vec![Cone::FULL; splits.len()];
     if splits.is_empty() {
         // A single face: nothing is split, its corners are always drawn.
-        return Registered { registrations: Vec::new(), nodes, cones, supports: AllSupports::default() };
+        let (registrations, anchors) = (Vec::new(), Vec::new());
+        return Registered { registrations, anchors, nodes, cones, supports: AllSupports::default() };
     }
     let mut registered: Vec<bool> = vec![false; mesh.opposite.len()];
     for &h in loops.read(0, &mut Vec::new()) {
@@ -66,11 +71,12 @@ pub fn register(
     let root =
         Child { node: 0, parent: None, above: f32::INFINITY, direction: None, faces: 0..mesh.faces.len() };
     let measured = Measured { nodes: &mut nodes, cones: &mut cones };
-    let found = walk.descend(root, &mut registered, measured);
+    let mut found = walk.descend(root, &mut registered, measured);
+    let anchors = found.iter_mut().flat_map(|found| std::mem::take(&mut found.anchors)).collect();
     let (registrations, supports): (_, Vec<Piece>) =
         found.into_iter().map(|found| (found.registrations, found.supports)).unzip();
     let supports = AllSupports::of_pieces(supports.into_iter());
-    Registered { registrations, nodes, cones, supports }
+    Registered { registrations, anchors, nodes, cones, supports }
 }
 
 struct Walk<'a> {
@@ -144,7 +150,7 @@ impl Walk<'_> {
     /// corner registered by an ancestor.
     fn descend(&self, at: Child, registered: &mut [bool], places: Measured<'_>) -> Vec<Found> {
         let supports = Piece { first: at.node as u32, supports: Vec::new() };
-        let mut own = Found { registrations: Vec::new(), supports };
+        let mut own = Found { registrations: Vec::new(), anchors: Vec::new(), supports };
         if at.faces.len() < SERIAL_BELOW {
             let faces = at.faces.len() as u64;
             self.descend_serial(at, registered, places, &mut Memory::new(self.mesh), &mut own);
@@ -158,7 +164,7 @@ impl Walk<'_> {
         // The memory of a large cluster goes before there is more of it.
         (*bounds, *cone) = self.measure(&at, registered, &mut Memory::new(self.mesh), &mut own);
         let memory = &mut Memory::new(self.mesh);
-        let [left, right] = self.split(&at, bounds, registered, memory, &mut own.registrations);
+        let [left, right] = self.split(&at, bounds, registered, memory, &mut own);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let (l, r) = rayon::join(
@@ -186,7 +192,7 @@ impl Walk<'_> {
         let left_faces = self.splits[at.node].left_faces as usize;
         let Some((bounds, cone, [places_l, places_r])) = places.split(left_faces) else { return };
         (*bounds, *cone) = self.measure(&at, registered, memory, out);
-        let [left, right] = self.split(&at, bounds, registered, memory, &mut out.registrations);
+        let [left, right] = self.split(&at, bounds, registered, memory, out);
         let (registered_l, registered_r) = registered.split_at_mut(3 * left_faces);
         let (nodes_l, nodes_r) = (&mut *places_l.nodes, &mut *places_r.nodes);
         let places_l = Measured { nodes: &mut *nodes_l, cones: places_l.cones };
@@ -231,7 +237,7 @@ impl Walk<'_> {
         bounds: &NodeBounds,
         registered: &mut [bool],
         memory: &mut Memory<'_>,
-        out: &mut Vec<Registration>,
+        out: &mut Found,
     ) -> [Child; 2] {
         let Child { node, ref faces, .. } = *at;
         let left_faces = self.splits[node].left_faces as usize;
@@ -243,7 +249,7 @@ impl Walk<'_> {
             Child { node: node + 1, parent, above, direction, faces: faces.start..middle },
             Child { node: node + left_faces, parent, above, direction, faces: middle..faces.end },
         ];
-        let mut marks = Marks { mesh: self.mesh, registered, base: 3 * faces.start, node, out };
+        let mut marks = Marks { mesh: self.mesh, registered, base: 3 * faces.start, node, later: None, out };
         // The ends of arcs around a single face are corners of it.
         let is_face = children.iter().any(|child| child.faces.len() == 1);
         let mut longest = [None; 2];
@@ -324,20 +330,40 @@ impl Walk<'_> {
             }
             // A closed cut has no ends: three anchors stand in for them.
             if !open && record.closed_cuts {
+                marks.later = self.later(entries, sibling, marks.node);
                 self.anchor(entries, sibling, marks);
+                marks.later = None;
             }
             corners
         }
     }
 
+    /// When the budget order draws the anchors of a closed cut of a node, if that is later than the cut itself.
+    ///
+    /// Both clusters may leave the loop out as long as each has a wider one. So is a tunnel between two sheets closed: it
+    /// would cost each of them a hole, five triangles and three corners.
+    fn later(&self, entries: &[u32], sibling: &Range<usize>, node: usize) -> Option<Later> {
+        let Split { left_faces, key, .. } = self.splits[node];
+        let width = anchors::width(self.mesh, entries);
+        let budget = TUNNEL * width;
+        if left_faces == 1 || sibling.len() == 1 || budget >= key {
+            return None;
+        }
+        let mut memory = Vec::new();
+        let mut has_wider = |node: usize| {
+            split_loops(self.loops.read(node, &mut memory))
+                .any(|ring| anchors::width(self.mesh, ring) > width)
+        };
+        let is_small = has_wider(node + 1) && has_wider(node + left_faces as usize);
+        is_small.then(|| Later { budget, sphere: anchors::around(self.mesh, entries) })
+    }
+
     /// Completes a loop's corners to three.
     fn anchor(&self, entries: &[u32], sibling: &Range<usize>, marks: &mut Marks<'_>) {
-        let points: Vec<Vec3> =
-            entries.iter().map(|&h| self.mesh.positions[self.mesh.origin(h & !LAST) as usize]).collect();
         let mut chosen: Vec<usize> =
             (0..entries.len()).filter(|&i| marks.get(entries[i] & !LAST)).take(3).collect();
         let had = chosen.len();
-        polyline::complete_to_three(&points, &mut chosen);
+        anchors::complete(self.mesh, self.splits, marks.node, entries, &mut chosen);
         for &i in &chosen[had..] {
             let h = entries[i] & !LAST;
             let before = entries[if i == 0 { entries.len() - 1 } else { i - 1 }] & !LAST;
@@ -354,6 +380,17 @@ impl Walk<'_> {
         let across = self.mesh.opposite[half_edge as usize];
         (3 * sibling.start..3 * sibling.end).contains(&(across as usize))
     }
+}
+
+/// What the width of a closed cut is worth in the budget order: the surface that a lid over it leaves out, or adds, and
+/// the triangles that are saved, make it a third to a fifth. Half and twice of that are as good in the mean.
+const TUNNEL: f32 = 0.2;
+
+/// Anchors that the budget order draws later than their cut: the key, and what they are around.
+#[derive(Clone, Copy)]
+struct Later {
+    budget: f32,
+    sphere: Sphere,
 }
 
 /// What of a child's cut is registered: both children see the same cut.
@@ -374,7 +411,8 @@ struct Marks<'a> {
     registered: &'a mut [bool],
     base: usize,
     node: usize,
-    out: &'a mut Vec<Registration>,
+    later: Option<Later>,
+    out: &'a mut Found,
 }
 
 impl Marks<'_> {
@@ -388,6 +426,12 @@ impl Marks<'_> {
 
     fn record(&mut self, vertex: u32) {
         let vertex = self.mesh.weld[vertex as usize];
-        self.out.push(Registration { vertex, node: self.node as u32 });
+        let node = self.node as u32;
+        let Some(Later { budget, sphere }) = self.later else {
+            self.out.registrations.push(Registration { vertex, node });
+            return;
+        };
+        self.out.registrations.push(Registration { vertex, node: node | BOUND_ONLY });
+        self.out.anchors.push(CurveRecord { vertex, bound: 0.0, budget: f64::from(budget), sphere });
     }
 }

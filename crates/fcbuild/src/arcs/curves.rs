@@ -260,7 +260,7 @@ fn add_loops(
         // The walk ends where it began.
         let ring = &curve[..curve.len() - 1];
         let mut chosen = Vec::new();
-        complete_to_three(&points_of(mesh, ring), &mut chosen);
+        complete_to_three(&points_of(mesh, ring), &mut chosen, |_| 1.0);
         chosen.sort_unstable();
         let sphere = sphere_of(ring);
         let is_seam = graph.edges_at(ring[0]).iter().any(|&e| edges[e as usize].is_seam);

@@ -7,13 +7,13 @@
 //! angle. In the order of bounds its key is the arc's deviation; in the budget order, where clusters meet at other
 //! tolerances, it is what the error of the strip is worth.
 
+use super::anchors;
 use super::cluster_tree::{ClusterTree, Finder};
 use super::curves::CurveRecord;
 use super::loops::{LAST, split_loops};
 use super::polyline::{self, Chord};
 use super::uncovered::{FLAT, Meeting, Order, uncovered};
 use crate::partition::Subtree;
-use crate::tree_order::TreeMesh;
 use glam::{DVec3, Vec3};
 
 /// The records that uncovered arcs ask for.
@@ -75,7 +75,9 @@ impl Flaps<'_> {
         let on_cut = |h: u32| right.contains(&(mesh.opposite[h as usize] as usize));
         let Memory { entries, edges, arc } = memory;
         for entries in split_loops(loops.read(children[0].node, entries)) {
-            each_arc(mesh, entries, on_cut, &loops.starts_at_end, edges, |edges| {
+            let complete =
+                |chosen: &mut Vec<usize>| anchors::complete(mesh, splits, at.node, entries, chosen);
+            each_arc(entries, on_cut, &loops.starts_at_end, complete, edges, |edges| {
                 // Without a vertex between its ends there is none to leave out.
                 if edges.len() > 1 {
                     self.records_of_arc(at.node, edges, &children, arc, found);
@@ -104,8 +106,8 @@ impl Flaps<'_> {
             let keys = |i: usize| &keys[mesh.weld[vertices[i] as usize] as usize];
             let key = |i: usize| order.of_vertex(keys(i));
             let drawn = |i: usize| order.sphere_of(keys(i));
-            // The cut is there, and its ends are drawn, below the key of its node.
-            let highest = order.of_node(&nodes[node]);
+            // The cut is there, and its ends are drawn, below the key of its node; small ones have anchors that come later.
+            let highest = order.of_node(&nodes[node]).min(key(0)).min(key(points.len() - 1));
             let mut any = false;
             let raised = polyline::raise(points, key, highest, drawn, |chord| {
                 let find = |above: f64, out: &mut Vec<Meeting>| {
@@ -178,12 +180,12 @@ impl Flaps<'_> {
 }
 
 /// Shows the stretches of a loop that lie on the cut, from end to end of an arc; a closed cut starts and ends at
-/// anchors. `arc` is memory for one stretch.
+/// anchors, which `complete` finds. `arc` is memory for one stretch.
 fn each_arc(
-    mesh: &TreeMesh,
     entries: &[u32],
     on_cut: impl Fn(u32) -> bool,
     starts_at_end: &[bool],
+    complete: impl FnOnce(&mut Vec<usize>),
     arc: &mut Vec<u32>,
     mut show: impl FnMut(&[u32]),
 ) {
@@ -200,9 +202,7 @@ fn each_arc(
     let first = match (0..entries.len()).find(|&i| begins(i)) {
         Some(first) => first,
         None if on_cut(half_edge(0)) => {
-            let points: Vec<Vec3> =
-                entries.iter().map(|&h| mesh.positions[mesh.origin(h & !LAST) as usize]).collect();
-            polyline::complete_to_three(&points, &mut anchors);
+            complete(&mut anchors);
             anchors.iter().copied().min().unwrap_or(0)
         }
         None => return,

@@ -14,6 +14,7 @@
 //! copies of a vertex along a seam are drawn together.
 
 pub mod activity;
+mod anchors;
 mod cluster_tree;
 pub mod corners;
 pub mod curves;

@@ -11,27 +11,28 @@ fn farthest(n: usize, value: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
 /// Adds points of a closed polyline to `chosen` until there are three, each as far as possible from the chosen ones.
 ///
 /// The first two of an empty choice are a pair found by two sweeps, nearly the farthest; the third is the farthest
-/// from their segment. Fewer come back only if the polyline has fewer points.
-pub(super) fn complete_to_three(points: &[Vec3], chosen: &mut Vec<usize>) {
+/// from their segment. A distance counts as `weight` of its point says. Fewer come back only if the polyline has fewer
+/// points.
+pub(super) fn complete_to_three(points: &[Vec3], chosen: &mut Vec<usize>, weight: impl Fn(usize) -> f64) {
     let at = |i: usize| points[i].as_dvec3();
+    let weighed = |i: usize, from: usize| weight(i) * weight(i) * (at(i) - at(from)).length_squared();
     let n = points.len();
     while chosen.len() < 3.min(n) {
         let new = match chosen[..] {
             [] => {
-                let Some((far, _)) = farthest(n, |i| (at(i) - at(0)).length_squared()) else { return };
+                let Some((far, _)) = farthest(n, |i| weighed(i, 0)) else { return };
                 far
             }
-            [a] => match farthest(n, |i| if i == a { -1.0 } else { (at(i) - at(a)).length_squared() }) {
+            [a] => match farthest(n, |i| if i == a { -1.0 } else { weighed(i, a) }) {
                 Some((far, _)) => far,
                 None => return,
             },
             _ => {
                 let taken = chosen.clone();
                 let (a, b) = (at(taken[0]), at(taken[1]));
-                match farthest(
-                    n,
-                    |i| if taken.contains(&i) { -1.0 } else { distance_to_segment(at(i), a, b) },
-                ) {
+                match farthest(n, |i| {
+                    if taken.contains(&i) { -1.0 } else { weight(i) * distance_to_segment(at(i), a, b) }
+                }) {
                     Some((far, _)) => far,
                     None => return,
                 }
@@ -284,7 +285,7 @@ mod tests {
     fn three_anchors_of_a_long_ellipse_span_it() {
         let points: Vec<Vec3> = wiggle(40).iter().map(|p| Vec3::new(p.x, p.y * 0.01, 0.0)).collect();
         let mut chosen = Vec::new();
-        complete_to_three(&points, &mut chosen);
+        complete_to_three(&points, &mut chosen, |_| 1.0);
         chosen.sort_unstable();
         assert_eq!((chosen.len(), chosen[0], chosen[2]), (3, 0, 39));
     }
@@ -292,7 +293,7 @@ mod tests {
     #[test]
     fn short_loops_give_what_they_have() {
         let mut chosen = vec![1];
-        complete_to_three(&wiggle(2), &mut chosen);
+        complete_to_three(&wiggle(2), &mut chosen, |_| 1.0);
         assert_eq!(chosen, [1, 0]);
     }
 }

@@ -75,6 +75,10 @@ pub(super) const STRIP: f64 = 0.05;
 /// A vertex is not worth a key that is larger than the next one by less than this factor: it comes soon anyway.
 pub(super) const WORTH: f64 = 1.4;
 
+/// The same for a vertex of a flap, by what it is worth. Its key may be less: clusters that fold back often meet at few
+/// tolerances.
+const WORTH_OF_FLAP: f64 = 1.2;
+
 /// What a vertex is worth in the budget order that keeps a strip of such a length and depth, both lengths, of which
 /// `share` of their product with the square of the depth counts: the fourth root of an area times a squared distance, as
 /// the keys of merges are.
@@ -95,8 +99,8 @@ pub(super) fn uncovered(
     let (a, b) = (points[chord.from].as_dvec3(), points[chord.to].as_dvec3());
     let along = b - a;
     let length = along.length();
-    let least = if order == Order::Bound { chord.lowest } else { WORTH * chord.lowest };
-    let mut worst = (0, least);
+    let least = if order == Order::Bound { chord.lowest } else { WORTH_OF_FLAP * chord.lowest };
+    let mut worst = (0, chord.lowest);
     let mut find = Some(find);
     for (i, p) in points.iter().enumerate().take(chord.to).skip(chord.from + 1) {
         let offset = offset_from_segment(p.as_dvec3(), a, b);
@@ -105,11 +109,11 @@ pub(super) fn uncovered(
             Order::Bound => distance,
             Order::Budget => worth_of_strip(STRIP, length, distance),
         };
-        if key <= worst.1 {
+        if key <= worst.1.max(least) {
             continue;
         }
         if let Some(find) = find.take() {
-            find(least, meetings);
+            find(chord.lowest, meetings);
         }
         for m in &*meetings {
             // The left cluster lies to the left of the chord in its plane, the other one to the right.

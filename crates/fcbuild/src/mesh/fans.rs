@@ -28,7 +28,7 @@ pub(super) fn split(faces: &mut [[u32; 3]], graph: &DualGraph, vertex_count: usi
         } else {
             vertex
         };
-        visit_fan(graph, corner, |corner| {
+        visit_fan(&graph.opposite, corner, |corner| {
             seen_corner[corner as usize] = true;
             faces[corner as usize / 3][corner as usize % 3] = name;
         });
@@ -37,12 +37,12 @@ pub(super) fn split(faces: &mut [[u32; 3]], graph: &DualGraph, vertex_count: usi
 }
 
 /// The corners around a vertex that are reached from one of them across edges.
-fn visit_fan(graph: &DualGraph, corner: u32, mut visit: impl FnMut(u32)) {
+pub(crate) fn visit_fan(opposite: &[u32], corner: u32, mut visit: impl FnMut(u32)) {
     // Turn one way until the fan closes or ends; if it ended, turn the other way from the start.
     let mut at = corner;
     loop {
         visit(at);
-        at = graph.opposite[prev_in_face(at) as usize];
+        at = opposite[prev_in_face(at) as usize];
         if at == corner {
             return;
         }
@@ -52,7 +52,7 @@ fn visit_fan(graph: &DualGraph, corner: u32, mut visit: impl FnMut(u32)) {
     }
     at = corner;
     loop {
-        let across = graph.opposite[at as usize];
+        let across = opposite[at as usize];
         if across == NONE {
             return;
         }
@@ -76,7 +76,7 @@ fn with_several_fans(faces: &[[u32; 3]], graph: &DualGraph, vertex_count: usize)
         }
         for (several, (first, mut left)) in several.iter_mut().zip(corners) {
             if first != NONE {
-                visit_fan(graph, first, |_| left -= 1);
+                visit_fan(&graph.opposite, first, |_| left -= 1);
                 *several = left > 0;
             }
         }
