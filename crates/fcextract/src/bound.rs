@@ -25,8 +25,13 @@ impl Selection {
     /// [`Error::Tree`] when the file is damaged where the walk comes by.
     pub fn bound(&self, tree: &Tree, drawn: &Stats) -> Result<f32, Error> {
         let reader = tree.reader();
-        let mut chords =
-            Chords { selection: self, records: tree.vertices(), enough: drawn.bound, kept: Vec::new() };
+        let mut chords = Chords {
+            selection: self,
+            records: tree.vertices(),
+            enough: drawn.bound,
+            undrawn: 0.0,
+            kept: Vec::new(),
+        };
         let mut loops = Loops::default();
         let mut read = Ok(());
         let measure = |part: Part, node: Option<&Node>| {
@@ -39,7 +44,11 @@ impl Selection {
         };
         Part::whole(tree, self).divide(tree, self, &mut Stats::default(), |_, _| false, measure)?;
         read?;
-        Ok(chords.enough)
+        Ok(if chords.undrawn > 0.0 {
+            fcgeom::round_up(f64::from(chords.enough) + chords.undrawn)
+        } else {
+            chords.enough
+        })
     }
 }
 
@@ -78,6 +87,9 @@ struct Chords<'a> {
     records: &'a [VertexRecord],
     /// The bound so far.
     enough: f32,
+    /// What clusters add of which nothing is drawn, as tunnels that are closed at both ends: whoever is next to one of them
+    /// may be another one.
+    undrawn: f64,
     /// Places on the border of the vertices that are drawn.
     kept: Vec<usize>,
 }
@@ -99,10 +111,21 @@ impl Chords<'_> {
         };
         if kept.is_empty() {
             // No part of the border says where the mesh is; the polygon lies over a hole.
-            self.enough = self.enough.max(key(0..border.len()));
+            let mut reach = key(0..border.len());
             if loops.ends.len() > 1 {
-                self.enough = self.enough.max(fcgeom::round_up(radius_of(loops, records)));
+                let radius = radius_of(loops, records);
+                let across = f64::from(bound) + 2.0 * radius;
+                let draws = |v: &u32| records.get(*v as usize).is_some_and(|r| selection.activates(*v, r));
+                if loops.iter().flatten().any(draws) {
+                    // The mesh passes a corner of another border: all that this one leaves out is that near.
+                    reach = reach.min(fcgeom::round_up(across));
+                } else if reach.is_infinite() {
+                    self.undrawn += across;
+                    reach = 0.0;
+                }
+                reach = reach.max(fcgeom::round_up(radius));
             }
+            self.enough = self.enough.max(reach);
             return;
         }
         let mut radius = None;
