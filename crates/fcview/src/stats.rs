@@ -41,7 +41,7 @@ pub struct Counts {
     pub triangles_folded: u64,
     /// Pieces into which the instances that may show were divided; each is asked about, cut and drawn as one.
     pub batches: u64,
-    /// Occlusion queries made.
+    /// Copies and pieces asked about, by occlusion queries or a look at the depth.
     pub queries: u64,
     /// Instances and pieces that the queries found hidden; they are not cut.
     pub batches_culled_occlusion: u64,

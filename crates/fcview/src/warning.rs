@@ -54,10 +54,9 @@ impl Warning {
     /// A model looks hollow, because its faces look inwards.
     pub(crate) fn of_hollow(cli: &Cli, scene: &Scene) -> Option<Warning> {
         let model = scene.models.iter().find(|model| !cli.two_sided && looks_inwards(model))?;
-        let text =
-            "the faces look inwards, so that the model looks hollow; draw it with --two-sided, or build it \
-                    again with fcbuild --flip"
-                .to_owned();
+        let text = "the faces look inwards, so that the model looks hollow; draw it with --two-sided, or build it again \
+                    with fcbuild --flip"
+            .to_owned();
         Some(Warning { code: "FC293", name: "inward_faces", file: Some(model.name.clone()), text })
     }
 
@@ -108,7 +107,7 @@ impl Warning {
 /// So many frames tell whether a time is kept to.
 const SETTLED: usize = 10;
 
-/// How far off, as a part of the time asked for, frames may be: steering rests within less.
+/// How many times the time asked for frames may take: steering rests within less.
 const LATE: f64 = 1.2;
 
 #[cfg(test)]

@@ -80,11 +80,6 @@ pub(super) fn around(mesh: &TreeMesh, entries: &[u32]) -> Sphere {
     Sphere::of_points(places(mesh, entries))
 }
 
-/// How wide a loop is.
-pub(super) fn width(mesh: &TreeMesh, entries: &[u32]) -> f32 {
-    2.0 * around(mesh, entries).radius
-}
-
 fn places(mesh: &TreeMesh, entries: &[u32]) -> Vec<Vec3> {
     entries.iter().map(|&h| mesh.positions[mesh.origin(h & !LAST) as usize]).collect()
 }

@@ -344,7 +344,8 @@ impl Walk<'_> {
     /// would cost each of them a hole, five triangles and three corners.
     fn later(&self, entries: &[u32], sibling: &Range<usize>, node: usize) -> Option<Later> {
         let Split { left_faces, key, .. } = self.splits[node];
-        let width = anchors::width(self.mesh, entries);
+        let sphere = anchors::around(self.mesh, entries);
+        let width = 2.0 * sphere.radius;
         let budget = TUNNEL * width;
         if left_faces == 1 || sibling.len() == 1 || budget >= key {
             return None;
@@ -352,10 +353,10 @@ impl Walk<'_> {
         let mut memory = Vec::new();
         let mut has_wider = |node: usize| {
             split_loops(self.loops.read(node, &mut memory))
-                .any(|ring| anchors::width(self.mesh, ring) > width)
+                .any(|ring| 2.0 * anchors::around(self.mesh, ring).radius > width)
         };
         let is_small = has_wider(node + 1) && has_wider(node + left_faces as usize);
-        is_small.then(|| Later { budget, sphere: anchors::around(self.mesh, entries) })
+        is_small.then_some(Later { budget, sphere })
     }
 
     /// Completes a loop's corners to three.

@@ -10,9 +10,9 @@
 //!
 //! # Deviations
 //! A closed cut gets three anchors, where clusters will meet soon if there are such places (`anchors`); in the budget
-//! order a small one gets them later than it is cut. Every child keeps at least three corners and those that its bound counts on, vertices
-//! on open boundaries, on seams, along folds and around thin rings are drawn by the error of leaving them out, and the
-//! copies of a vertex along a seam are drawn together.
+//! order a small one gets them later than it is cut. Every child keeps at least three corners and those that its bound
+//! counts on, vertices on open boundaries, on seams, along folds and around thin rings are drawn by the error of leaving
+//! them out, and the copies of a vertex along a seam are drawn together.
 
 pub mod activity;
 mod anchors;
