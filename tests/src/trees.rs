@@ -1,7 +1,6 @@
 //! Trees built from soups, through the file format.
 
 use fcbuild::import::{ImportOptions, Soup, import};
-use fcbuild::mesh::Weld;
 use fcbuild::{BuildOptions, SplitMode};
 use fct::Tree;
 use std::path::{Path, PathBuf};
@@ -23,10 +22,18 @@ pub fn bytes_of(soup: Soup, split: SplitMode) -> Vec<u8> {
 
 /// The same with chunks of at most so many faces.
 pub fn bytes_in_chunks(soup: Soup, split: SplitMode, chunk_faces: u32) -> Vec<u8> {
+    bytes_with(soup, &BuildOptions { split, ..BuildOptions::default() }, chunk_faces)
+}
+
+/// A tree by options of one's own.
+pub fn tree_with(soup: Soup, options: &BuildOptions<'_>) -> Tree {
+    Tree::from_bytes(bytes_with(soup, options, fct::CHUNK_FACES)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn bytes_with(soup: Soup, options: &BuildOptions<'_>, chunk_faces: u32) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap_or_else(|e| panic!("{e}"));
     let path = folder.path().join("tree.fct");
-    let mut built = fcbuild::build(soup, &BuildOptions { split, weld: Weld::Exact, progress: &|_, _, _| {} })
-        .unwrap_or_else(|e| panic!("{e}"));
+    let mut built = fcbuild::build(soup, options).unwrap_or_else(|e| panic!("{e}"));
     built.set_chunk_faces(chunk_faces).unwrap_or_else(|e| panic!("{e}"));
     fct::write(&path, &built.data(), &fct::WriteOptions { overwrite: true, source_id: 0 })
         .unwrap_or_else(|e| panic!("{e}"));

@@ -4,6 +4,7 @@ use crate::arcs::activity::Asking;
 use crate::arcs::corners::{self, Registered};
 use crate::arcs::curves::{self, Curves};
 use crate::arcs::{ClusterTree, activity, flaps, holes, loops::Loops};
+use crate::colors::{self, Weights};
 use crate::displacement::{self, promised};
 use crate::error::Error;
 use crate::import::{Soup, Tally};
@@ -51,9 +52,20 @@ pub struct BuildOptions<'a> {
     pub split: SplitMode,
     /// Which vertices become one.
     pub weld: Weld,
+    /// How much colours count: a patch that is drawn black in place of white counts as an error of so many times its
+    /// width. With 0 only places count.
+    pub color_weight: f64,
     /// Told of a phase, the faces it is done with, and all faces; from any thread. Partition and bounds count, of the
     /// others only the begin is told.
     pub progress: &'a (dyn Fn(Phase, u64, u64) + Sync),
+}
+
+impl Default for BuildOptions<'_> {
+    /// The tree of best quality; equal positions become one, colours count, and nobody is told of progress.
+    fn default() -> Self {
+        let (split, weld) = (SplitMode::Quality, Weld::Exact);
+        BuildOptions { split, weld, color_weight: 0.5, progress: &|_, _, _| {} }
+    }
 }
 
 /// A tree, ready to be written.
@@ -201,7 +213,9 @@ fn build_prepared(
             (options.progress)(phase, before + n, faces);
         }
     };
-    let hierarchy = partition::partition(&mesh, &components, options.split, &counter(Phase::Partition));
+    let weights = Weights::of(&mesh, options.color_weight);
+    let hierarchy =
+        partition::partition(&mesh, &components, options.split, weights, &counter(Phase::Partition));
     meta.depth = hierarchy.depth;
     if hierarchy.mode != options.split {
         meta.split = hierarchy.mode.as_str().to_owned();
@@ -250,6 +264,9 @@ fn build_prepared(
     ends.extend(anchors);
     if mode == SplitMode::Quality {
         bounds::raise_keys(&mut nodes);
+    }
+    if let Some(weights) = weights {
+        colors::raise_keys(&mesh, &splits, &loops, weights, &mut nodes);
     }
     mesh.forget_normals();
     let clusters = clusters::pack(&mesh, &splits, &loops, &mut nodes, cones)?;

@@ -12,6 +12,7 @@ pub mod arcs;
 pub mod bounds;
 mod build;
 mod clusters;
+pub mod colors;
 mod displacement;
 pub mod error;
 pub mod import;

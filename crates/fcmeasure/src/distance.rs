@@ -1,6 +1,7 @@
-//! How far two surfaces lie apart.
+//! How far two surfaces lie apart, and how far their colours.
 
-use crate::{Nearest, Surface, sample};
+use crate::sampling::{Sample, samples};
+use crate::{Nearest, Surface};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -14,6 +15,8 @@ pub struct Distance {
     pub rms: f64,
     /// Largest distance of a sample or a vertex of one surface from the other.
     pub max: f64,
+    /// The same mean for colours, each against that of the nearest place; none if either surface has no colours.
+    pub color_rms: Option<f64>,
 }
 
 /// A surface that others are compared with.
@@ -28,7 +31,7 @@ pub struct Reference {
 /// Where distances are taken: samples for the mean, vertices too for the maximum.
 #[derive(Debug)]
 struct Points {
-    samples: Vec<DVec3>,
+    samples: Vec<Sample>,
     vertices: Vec<DVec3>,
 }
 
@@ -37,6 +40,7 @@ struct Points {
 struct OneWay {
     mean_square: f64,
     max_square: f64,
+    color_mean_square: Option<f64>,
 }
 
 impl Reference {
@@ -64,6 +68,10 @@ impl Reference {
         Distance {
             rms: ((there.mean_square + back.mean_square) / 2.0).sqrt(),
             max: there.max_square.max(back.max_square).sqrt(),
+            color_rms: there
+                .color_mean_square
+                .zip(back.color_mean_square)
+                .map(|(there, back)| ((there + back) / 2.0).sqrt()),
         }
     }
 
@@ -74,33 +82,63 @@ impl Reference {
 }
 
 impl Points {
-    fn of(mesh: Surface<'_>, samples: usize) -> Points {
+    fn of(mesh: Surface<'_>, count: usize) -> Points {
         let vertices = mesh.positions.iter().map(|p| Vec3::from_array(*p).as_dvec3()).collect();
-        Points { samples: sample(mesh, samples), vertices }
+        Points { samples: samples(mesh, count), vertices }
     }
 
     fn distance(&self, other: &Nearest) -> OneWay {
-        let (sum, max) = sum_and_max(&self.samples, other);
-        let (_, of_vertices) = sum_and_max(&self.vertices, other);
+        let found = sums(&self.samples, other);
+        let vertices: Vec<Sample> =
+            self.vertices.iter().map(|&point| Sample { point, color: None }).collect();
         // A surface without area has only its vertices; its mean counts for nothing.
-        OneWay { mean_square: sum / self.samples.len().max(1) as f64, max_square: max.max(of_vertices) }
+        let mean = |sum: f64| sum / self.samples.len().max(1) as f64;
+        OneWay {
+            mean_square: mean(found.squares),
+            max_square: found.most.max(sums(&vertices, other).most),
+            color_mean_square: found.colors.filter(|_| !self.samples.is_empty()).map(mean),
+        }
     }
 }
 
-/// Sum and maximum of the squared distances, summed in the order of the points for any number of threads.
-fn sum_and_max(points: &[DVec3], other: &Nearest) -> (f64, f64) {
-    let runs: Vec<(f64, f64)> = points
+/// Of the squared distances of some points.
+#[derive(Debug, Clone, Copy)]
+struct Sums {
+    squares: f64,
+    most: f64,
+    /// The squared differences of colour, if all have colours.
+    colors: Option<f64>,
+}
+
+impl Sums {
+    const ZERO: Sums = Sums { squares: 0.0, most: 0.0, colors: Some(0.0) };
+
+    fn and(self, other: Sums) -> Sums {
+        Sums {
+            squares: self.squares + other.squares,
+            most: self.most.max(other.most),
+            colors: self.colors.zip(other.colors).map(|(a, b)| a + b),
+        }
+    }
+}
+
+/// Summed in the order of the points for any number of threads.
+fn sums(points: &[Sample], other: &Nearest) -> Sums {
+    let runs: Vec<Sums> = points
         .par_chunks(RUN)
         .map(|run| {
             let mut hint = u32::MAX;
-            run.iter().fold((0.0, 0.0_f64), |(sum, max), p| {
-                let hit = other.find(*p, hint);
+            run.iter().fold(Sums::ZERO, |sums, sample| {
+                let hit = other.find(sample.point, hint);
                 hint = hit.triangle;
-                (sum + hit.squared, max.max(hit.squared))
+                let color = sample.color.and_then(|own| {
+                    other.color(sample.point, hit).map(|there| own.squared_difference(there))
+                });
+                sums.and(Sums { squares: hit.squared, most: hit.squared, colors: color })
             })
         })
         .collect();
-    runs.iter().fold((0.0, 0.0), |(sum, max), run| (sum + run.0, max.max(run.1)))
+    runs.into_iter().fold(Sums::ZERO, Sums::and)
 }
 
 #[cfg(test)]
@@ -135,6 +173,25 @@ mod tests {
         assert!(reference.distance(Mesh::default().surface()).max.is_infinite());
     }
 
+    /// A ramp from black to white, and one that is a quarter darker.
+    #[test]
+    fn colors_are_compared_at_the_nearest_place() {
+        let ramp = |n: u32, most: f64| {
+            let mut mesh = Mesh::grid(n, |_, _| 0.0);
+            let byte = |x: f32| (f64::from(x) * most).round() as u8;
+            mesh.colors = mesh.positions.iter().map(|p| [byte(p[0]), byte(p[0]), byte(p[0]), 255]).collect();
+            mesh
+        };
+        let (one, same, darker) = (ramp(5, 255.0), ramp(15, 255.0), ramp(3, 191.25));
+        let reference = Reference::new(one.surface(), 4_000);
+        let apart = |mesh: &Mesh| reference.distance(mesh.surface()).color_rms;
+        assert!(apart(&same).unwrap() < 1e-6);
+        // A quarter of x, whose mean square is a third.
+        let found = apart(&darker).unwrap();
+        assert!((found - 0.25 / 3.0_f64.sqrt()).abs() < 2e-3, "{found}");
+        assert_eq!(apart(&Mesh::grid(4, |_, _| 0.0)), None);
+    }
+
     /// All pairs, with the same samples; and the samples meet the integral within a percent.
     #[test]
     fn agrees_with_brute_force_for_any_number_of_threads() {
@@ -145,8 +202,11 @@ mod tests {
         let one_way = |from: &Mesh, to: &Mesh, n: usize| {
             let (points, to) = (Points::of(from.surface(), n), triangles(to));
             let far = |p: &DVec3| to.iter().map(|t| squared_distance(*p, t)).fold(f64::INFINITY, f64::min);
-            let mean = points.samples.iter().map(far).sum::<f64>() / n as f64;
-            (mean, points.samples.iter().chain(&points.vertices).map(far).fold(0.0, f64::max))
+            let mean = points.samples.iter().map(|s| far(&s.point)).sum::<f64>() / n as f64;
+            (
+                mean,
+                points.samples.iter().map(|s| &s.point).chain(&points.vertices).map(far).fold(0.0, f64::max),
+            )
         };
         let ((m, x), (n, y)) = (one_way(&a, &b, 400), one_way(&b, &a, 400));
         let reference = Reference::new(a.surface(), 400);
@@ -156,7 +216,7 @@ mod tests {
         };
         let found = with(1);
         assert_eq!(found, with(3));
-        let expected = Distance { rms: ((m + n) / 2.0).sqrt(), max: x.max(y).sqrt() };
+        let expected = Distance { rms: ((m + n) / 2.0).sqrt(), max: x.max(y).sqrt(), color_rms: None };
         assert!((found.rms - expected.rms).abs() < 1e-9 * expected.rms, "{found:?} {expected:?}");
         assert_eq!(found.max, expected.max);
         let fine = Reference::new(a.surface(), 400_000).distance(b.surface()).rms;

@@ -4,6 +4,7 @@
 //! corners, so that the answer is that of a search through all triangles.
 
 use crate::Surface;
+use crate::color::{Color, nearest_weights};
 use glam::{DVec3, Vec3, Vec3A};
 
 /// Triangles in a leaf: fewer cost more boxes, more cost more triangles a question. Either way only time.
@@ -20,6 +21,8 @@ const LEAF_BIT: u32 = 1 << 31;
 pub struct Nearest {
     /// In the order of the leaves.
     triangles: Vec<[Vec3; 3]>,
+    /// Of their corners; empty if the mesh has none.
+    colors: Vec<[Color; 3]>,
     nodes: Vec<Node>,
     root: u32,
     /// Largest coordinate: the scale of rounding errors.
@@ -77,7 +80,16 @@ impl Nearest {
             .flatten()
             .map(|p| p.abs().max_element())
             .fold(0.0_f32, |a, b| if b > a { b } else { a });
-        Nearest { triangles, nodes, root, extent }
+        let face = |item: &Item| mesh.colors(mesh.faces.get(item.id as usize)?);
+        let colors = items.iter().map(face).collect::<Option<_>>().unwrap_or_default();
+        Nearest { triangles, colors, nodes, root, extent }
+    }
+
+    /// The colour at the place of an answer's triangle that is nearest to `p`, if the mesh has colours.
+    pub(crate) fn color(&self, p: DVec3, hit: Hit) -> Option<Color> {
+        let place = hit.triangle as usize;
+        let weights = nearest_weights(p, self.triangles.get(place)?);
+        self.colors.get(place).map(|colors| Color::between(*colors, weights))
     }
 
     /// The triangle nearest to `p`; `hint` is one that may be near, from the last answer, or any number.

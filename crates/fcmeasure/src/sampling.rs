@@ -1,16 +1,29 @@
 //! Points spread evenly over the area of a mesh, the same on every run.
 
 use crate::Surface;
+use crate::color::Color;
 use glam::DVec3;
 
 /// The one seed: figures of one day can be compared with those of another.
 const SEED: u64 = 2007;
+
+/// A point of a mesh, and its colour if the mesh has colours.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    pub(crate) point: DVec3,
+    pub(crate) color: Option<Color>,
+}
 
 /// `count` points on the mesh, each standing for the same area; none when the mesh has no area.
 ///
 /// The area is cut into `count` equal parts along the order of the faces and each part gets one point, so that a sum
 /// over the points varies far less than over points that are drawn freely.
 pub fn sample(mesh: Surface<'_>, count: usize) -> Vec<DVec3> {
+    samples(mesh, count).iter().map(|sample| sample.point).collect()
+}
+
+/// The same with colours.
+pub(crate) fn samples(mesh: Surface<'_>, count: usize) -> Vec<Sample> {
     let corners = |f: &[u32; 3]| mesh.corners(f).map(|p| p.as_dvec3());
     let area = |f: &[u32; 3]| {
         let [a, b, c] = corners(f);
@@ -28,7 +41,11 @@ pub fn sample(mesh: Surface<'_>, count: usize) -> Vec<DVec3> {
     let point = |i: usize, f: &[u32; 3]| {
         let [a, b, c] = corners(f);
         let (root, along) = (random(i, 1).sqrt(), random(i, 2));
-        a * (1.0 - root) + b * (root * (1.0 - along)) + c * (root * along)
+        let weights = DVec3::new(1.0 - root, root * (1.0 - along), root * along);
+        Sample {
+            point: a * weights.x + b * weights.y + c * weights.z,
+            color: mesh.colors(f).map(|colors| Color::between(colors, weights)),
+        }
     };
     let mut last = None;
     for f in mesh.faces {
@@ -88,7 +105,7 @@ mod tests {
     #[test]
     fn a_mesh_without_area_has_no_samples() {
         assert!(sample(Mesh::default().surface(), 10).is_empty());
-        let flat = Mesh { positions: vec![[1.0; 3]; 3], faces: vec![[0, 1, 2]] };
+        let flat = Mesh { positions: vec![[1.0; 3]; 3], faces: vec![[0, 1, 2]], colors: Vec::new() };
         assert!(sample(flat.surface(), 10).is_empty());
     }
 }

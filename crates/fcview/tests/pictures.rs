@@ -2,9 +2,8 @@
 
 mod model;
 
+use fcbuild::BuildOptions;
 use fcbuild::import::{ImportOptions, import};
-use fcbuild::mesh::Weld;
-use fcbuild::{BuildOptions, SplitMode};
 use fcview::options::FrameOptions;
 use fcview::orbit::Orbit;
 use fcview::pick::pick;
@@ -224,7 +223,7 @@ fn octahedra(places: &[DVec3]) -> Model {
     let path = folder.path().join("octahedra.ply");
     std::fs::write(&path, text).unwrap();
     let soup = import(&path, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} }).unwrap();
-    let options = BuildOptions { split: SplitMode::Quality, weld: Weld::Exact, progress: &|_, _, _| {} };
+    let options = BuildOptions::default();
     let built = fcbuild::build(soup, &options).unwrap();
     let path = folder.path().join("octahedra.fct");
     fct::write(&path, &built.data(), &fct::WriteOptions { overwrite: true, source_id: 0 }).unwrap();

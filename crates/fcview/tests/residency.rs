@@ -3,9 +3,8 @@
 
 mod model;
 
+use fcbuild::BuildOptions;
 use fcbuild::import::{ImportOptions, import};
-use fcbuild::mesh::Weld;
-use fcbuild::{BuildOptions, SplitMode};
 use fcview::options::FrameOptions;
 use fcview::orbit::{Orbit, fly};
 use fcview::{
@@ -19,7 +18,7 @@ const PAGE: u64 = 256 * 20;
 fn sculpture() -> Model {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/sculpture.ply");
     let soup = import(&file, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} }).unwrap();
-    let options = BuildOptions { split: SplitMode::Quality, weld: Weld::Exact, progress: &|_, _, _| {} };
+    let options = BuildOptions::default();
     let built = fcbuild::build(soup, &options).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sculpture.fct");

@@ -7,7 +7,6 @@
 mod model;
 
 use fcbuild::import::{ImportOptions, import};
-use fcbuild::mesh::Weld;
 use fcbuild::{BuildOptions, SplitMode};
 use fcview::options::FrameOptions;
 use fcview::orbit::{Orbit, fly};
@@ -16,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 fn model_of(file: &Path) -> Model {
     let soup = import(file, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} }).unwrap();
-    let options = BuildOptions { split: SplitMode::Paper, weld: Weld::Exact, progress: &|_, _, _| {} };
+    let options = BuildOptions { split: SplitMode::Paper, ..BuildOptions::default() };
     let built = fcbuild::build(soup, &options).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.fct");

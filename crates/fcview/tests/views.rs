@@ -11,9 +11,8 @@
 
 mod model;
 
+use fcbuild::BuildOptions;
 use fcbuild::import::{ImportOptions, import};
-use fcbuild::mesh::Weld;
-use fcbuild::{BuildOptions, SplitMode};
 use fcview::options::FrameOptions;
 use fcview::random::Random;
 use fcview::{Camera, Detail, Image, Model, Occlusion, Renderer, Scene};
@@ -22,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 fn model_of(file: &Path) -> Model {
     let soup = import(file, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} }).unwrap();
-    let options = BuildOptions { split: SplitMode::Quality, weld: Weld::Exact, progress: &|_, _, _| {} };
+    let options = BuildOptions::default();
     let built = fcbuild::build(soup, &options).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.fct");

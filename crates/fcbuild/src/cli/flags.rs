@@ -1,8 +1,8 @@
 //! What was typed: the flags as `clap` reads them.
 
 use clap::{Parser, ValueEnum};
-use fcbuild::SplitMode;
 use fcbuild::mesh::Weld;
+use fcbuild::{BuildOptions, SplitMode};
 use fct::{MessageFormat, ShowProgress, Size};
 use std::path::PathBuf;
 
@@ -29,6 +29,9 @@ pub(crate) const MAX_THREADS: i64 = 256;
 /// Parts that can be read alone are no smaller than a page, and no mesh is larger.
 const LEAST_CHUNK: i64 = 256;
 const MOST_CHUNK: i64 = 1 << 30;
+
+/// Colours that count more would have every face drawn.
+const MOST_WEIGHT: f64 = 1e3;
 
 /// Builds a face-cluster tree (.fct) from polygon meshes: PLY, OBJ, STL, glTF or GLB.
 #[derive(Clone, Debug, Parser)]
@@ -61,6 +64,9 @@ pub(crate) struct Flags {
     /// Join vertices at equal positions (exact), up to a distance apart (EPS, in the unit of the input), or not at all
     #[arg(long, value_name = "exact|EPS|off", default_value = "exact", value_parser = weld, allow_negative_numbers = true)]
     pub(crate) weld: Weld,
+    /// How much colours of vertices count: a patch drawn black in place of white is an error of W times its width; 0 leaves them out
+    #[arg(long, value_name = "W", default_value_t = BuildOptions::default().color_weight, value_parser = weight, allow_negative_numbers = true)]
+    pub(crate) color_weight: f64,
     /// Turn every face over, its normals too: for a surface that looks inwards
     #[arg(long)]
     pub(crate) flip: bool,
@@ -116,6 +122,13 @@ fn weld(text: &str) -> Result<Weld, String> {
     }
 }
 
+fn weight(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(weight) if (0.0..=MOST_WEIGHT).contains(&weight) => Ok(weight),
+        _ => Err(format!("expected a number from 0 to {MOST_WEIGHT}")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,7 +146,7 @@ mod tests {
     #[test]
     fn every_flag_means_what_it_says() {
         let flags = parse(
-            "a.ply b.obj -o c.fct --split cca --threads 3 --max-memory 2GiB --force --strict --flip --join-groups --weld 0.5 \
+            "a.ply b.obj -o c.fct --split cca --threads 3 --max-memory 2GiB --force --strict --flip --join-groups --weld 0.5 --color-weight 0.25 \
              --chunk-faces 1024 --report r.json --message-format json --progress never",
         )
         .unwrap();
@@ -142,9 +155,10 @@ mod tests {
         assert_eq!(flags.max_memory.map(|size| size.bytes()), Some(2 << 30));
         assert!(flags.force && flags.strict && flags.flip && flags.join_groups && flags.report.is_some());
         assert_eq!((flags.weld, flags.chunk_faces), (Weld::Within(0.5), 1024));
+        assert_eq!(flags.color_weight, 0.25);
         assert_eq!((flags.message_format, flags.progress), (MessageFormat::Json, ShowProgress::Never));
         let plain = parse("a.ply -o c.fct").unwrap();
-        assert_eq!((plain.split, plain.weld), (SplitFlag::Quality, Weld::Exact));
+        assert_eq!((plain.split, plain.weld, plain.color_weight), (SplitFlag::Quality, Weld::Exact, 0.5));
         assert!(!plain.force && !plain.flip && !plain.join_groups && plain.chunk_faces == fct::CHUNK_FACES);
     }
 
@@ -161,6 +175,9 @@ mod tests {
             "a.ply -o c.fct --threads many",
             "a.ply -o c.fct --weld -1",
             "a.ply -o c.fct --weld nan",
+            "a.ply -o c.fct --color-weight -1",
+            "a.ply -o c.fct --color-weight nan",
+            "a.ply -o c.fct --color-weight 1001",
             "a.ply -o c.fct --chunk-faces 255",
             "a.ply -o c.fct --chunk-faces -1",
             "a.ply -o c.fct --max-memory 0",

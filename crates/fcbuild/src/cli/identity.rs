@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::Xxh3;
 ///
 /// Equal numbers mean equal trees, whatever the format and the names of the files were. The names of several groups
 /// count, since the tree keeps them; they may be those of files.
-pub(crate) fn source_id(soup: &Soup, split: SplitMode, weld: Weld) -> u128 {
+pub(crate) fn source_id(soup: &Soup, split: SplitMode, weld: Weld, color_weight: f64) -> u128 {
     let mut hash = Hash(Xxh3::new());
     hash.text(split.as_str());
     match weld {
@@ -24,6 +24,9 @@ pub(crate) fn source_id(soup: &Soup, split: SplitMode, weld: Weld) -> u128 {
     hash.list(soup.triangles.as_flattened(), |x| x.to_le_bytes());
     hash.list(soup.normals.as_deref().unwrap_or_default().as_flattened(), |x| x.to_le_bytes());
     hash.list(soup.colors.as_deref().unwrap_or_default(), |x| *x);
+    if soup.colors.is_some() {
+        hash.list(&[color_weight.to_bits()], |bits| bits.to_le_bytes());
+    }
     // A single group has the name of the file, and is none to the tree.
     if let [_, _, ..] = soup.groups.as_slice() {
         for group in &soup.groups {
@@ -71,7 +74,7 @@ mod tests {
 
     #[test]
     fn every_part_of_the_tree_counts() {
-        let id = |soup: &Soup| source_id(soup, SplitMode::Paper, Weld::Exact);
+        let id = |soup: &Soup| source_id(soup, SplitMode::Paper, Weld::Exact, 1.0);
         let base = id(&soup());
         assert_eq!(id(&soup()), base);
         let mut moved = soup();
@@ -87,13 +90,16 @@ mod tests {
         assert_ne!(id(&renamed), id(&halves));
         let mut colored = soup();
         colored.colors = Some(vec![[0; 4]; 3000]);
+        let weighed = |soup: &Soup, weight| source_id(soup, SplitMode::Paper, Weld::Exact, weight);
+        assert_ne!(weighed(&colored, 0.5), weighed(&colored, 1.0));
+        assert_eq!(weighed(&soup(), 0.5), base, "there is nothing to weigh");
         for other in [moved, turned, halves, renamed, colored] {
             assert_ne!(id(&other), base);
         }
         let mut of_another_file = soup();
         of_another_file.groups[0].name = "b".to_owned();
         assert_eq!(id(&of_another_file), base);
-        assert_ne!(source_id(&soup(), SplitMode::Pca, Weld::Exact), base);
-        assert_ne!(source_id(&soup(), SplitMode::Paper, Weld::Within(0.5)), base);
+        assert_ne!(source_id(&soup(), SplitMode::Pca, Weld::Exact, 1.0), base);
+        assert_ne!(source_id(&soup(), SplitMode::Paper, Weld::Within(0.5), 1.0), base);
     }
 }

@@ -84,10 +84,11 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
         grouped(soup.positions.len() as u64)
     );
     let vertices_in = soup.positions.len() as u64;
-    let source_id = source_id(&soup, settings.split, settings.weld);
+    let source_id = source_id(&soup, settings.split, settings.weld, settings.color_weight);
     let options = BuildOptions {
         split: settings.split,
         weld: settings.weld,
+        color_weight: settings.color_weight,
         progress: &|phase, done, total| progress.tell(Stage::Build(phase).into(), done, total),
     };
     let prepared = pool.install(|| Prepared::new(soup, &options)).map_err(|e| blame(settings, e))?;
@@ -102,6 +103,9 @@ fn make(settings: &Settings, progress: &Progress) -> Result<Made, Error> {
     let mut flags = if settings.flip { " --flip".to_owned() } else { String::new() };
     if settings.join_groups {
         flags.push_str(" --join-groups");
+    }
+    if settings.color_weight != BuildOptions::default().color_weight {
+        flags = format!("{flags} --color-weight {}", settings.color_weight);
     }
     if settings.chunk_faces != fct::CHUNK_FACES {
         built.set_chunk_faces(settings.chunk_faces).map_err(|e| blame(settings, e))?;

@@ -32,6 +32,7 @@ pub(crate) struct Report {
 struct SettingsPart {
     split: String,
     weld: String,
+    color_weight: f64,
     flip: bool,
     join_groups: bool,
     threads: usize,
@@ -115,6 +116,7 @@ impl Report {
             settings: SettingsPart {
                 split: meta.split.clone(),
                 weld: meta.weld.clone(),
+                color_weight: settings.color_weight,
                 flip: settings.flip,
                 join_groups: settings.join_groups,
                 threads: settings.threads,

@@ -21,6 +21,8 @@ pub(crate) struct Settings {
     pub(crate) split: SplitMode,
     /// Which vertices become one.
     pub(crate) weld: Weld,
+    /// How much colours count.
+    pub(crate) color_weight: f64,
     /// Whether every face is turned over.
     pub(crate) flip: bool,
     /// Whether all groups are made one.
@@ -64,6 +66,7 @@ impl Settings {
             report: flags.report.clone(),
             split: flags.split.into(),
             weld: flags.weld,
+            color_weight: flags.color_weight,
             flip: flags.flip,
             join_groups: flags.join_groups,
             threads: flags.threads.map_or_else(cores, |n| n as usize).min(MAX_THREADS as usize),

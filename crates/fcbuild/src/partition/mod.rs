@@ -22,6 +22,7 @@ mod top;
 pub use hierarchy::{Hierarchy, Split};
 pub use subtree::Subtree;
 
+use crate::colors::Weights;
 use crate::mesh::{Components, Mesh};
 
 /// How a cluster is cut in two.
@@ -57,11 +58,12 @@ pub const DEPTH_LIMIT: u32 = 90;
 
 /// Splits the faces of `mesh` until every cluster is a single face.
 ///
-/// `progress` is told of faces that have reached their place in the tree, in any order and from any thread.
+/// `colors` tells merging what they count. `progress` is told of faces that have reached their place in the tree, in any order and from any thread.
 pub fn partition(
     mesh: &Mesh,
     components: &Components,
     mode: SplitMode,
+    colors: Option<Weights>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Hierarchy {
     let rule = match mode {
@@ -69,7 +71,7 @@ pub fn partition(
         SplitMode::Merge => Some(merge::Rule::Garland),
         SplitMode::Paper | SplitMode::Pca | SplitMode::Cca => None,
     };
-    let merged = rule.and_then(|rule| merge::merge_all(mesh, components, rule, progress));
+    let merged = rule.and_then(|rule| merge::merge_all(mesh, components, rule, colors, progress));
     // What merges into a tree too deep is split from the top, where depth can be held.
     merged.unwrap_or_else(|| {
         let mode = if rule.is_some() { SplitMode::Paper } else { mode };

@@ -43,7 +43,7 @@ impl Mesh {
 
     /// The mesh as it is measured.
     pub(crate) fn surface(&self) -> Surface<'_> {
-        Surface { positions: &self.buffers.positions, faces: self.triangles() }
+        Surface { positions: &self.buffers.positions, faces: self.triangles(), colors: &self.buffers.colors }
     }
 
     /// Whether the stored positions are the input's coordinates.

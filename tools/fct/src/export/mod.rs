@@ -239,7 +239,7 @@ pub(crate) fn to_json(tree: &Path, done: &[Exported]) -> String {
                 "collapsed": mesh.collapsed,
                 "bound": mesh.bound,
                 "measured": mesh.measured.map(|distance| {
-                    json!({ "rms": distance.rms, "max": distance.max, "samples": 2 * SAMPLES })
+                    json!({ "rms": distance.rms, "max": distance.max, "color_rms": distance.color_rms, "samples": 2 * SAMPLES })
                 }),
                 "chosen_by": match mesh.chosen_by {
                     ChosenBy::Bound => "bound",
@@ -285,12 +285,15 @@ impl fmt::Display for Exported {
             ChosenBy::Epsilon => ", a loose bound, since a mean error does not go by it (--error does)",
             ChosenBy::Budget => ", a loose bound, since a budget does not go by it (--error does)",
         })?;
-        if let Some(Distance { rms, max }) = self.measured {
+        if let Some(Distance { rms, max, color_rms }) = self.measured {
             write!(
                 f,
                 "; measured: {} in the mean (root mean square), {} at the most",
                 rms as f32, max as f32
             )?;
+            if let Some(color_rms) = color_rms {
+                write!(f, "; colours {:.1} % apart in the mean", 100.0 * color_rms)?;
+            }
         }
         if self.collapsed > 0 {
             let what = counted(self.collapsed, "triangle", "triangles");

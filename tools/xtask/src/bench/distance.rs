@@ -19,8 +19,8 @@ impl Reference {
 
     /// Measures both ways; infinite when `mesh` has no faces.
     pub(crate) fn distance(&self, mesh: &Mesh) -> Distance {
-        let Distance { rms, max } = self.0.distance(mesh.surface());
+        let Distance { rms, max, color_rms } = self.0.distance(mesh.surface());
         let unit = 1e4 / self.0.diagonal();
-        Distance { rms: rms * unit, max: max * unit }
+        Distance { rms: rms * unit, max: max * unit, color_rms }
     }
 }

@@ -9,6 +9,7 @@ use clap::Subcommand;
 
 mod build;
 mod builder;
+mod colors;
 mod costs;
 mod culling;
 mod cut;
@@ -36,6 +37,8 @@ mod walk;
 pub(crate) enum Bench {
     /// Surface distances at equal numbers of triangles.
     Quality(quality::Args),
+    /// Surface distances and differences of colour of painted models.
+    Colors(colors::Args),
     /// Time, memory and size of building a tree.
     Build(build::Args),
     /// Time of an extraction, by triangles; triangles beside cluster LOD at the same error on the screen.
@@ -59,6 +62,7 @@ fn workspace() -> &'static Path {
 pub(crate) fn run(bench: &Bench) -> Result<(), Box<dyn Error>> {
     match bench {
         Bench::Quality(args) => quality::run(args),
+        Bench::Colors(args) => colors::run(args),
         Bench::Build(args) => build::run(args),
         Bench::Extract(args) => extract::run(args),
         Bench::Culling(args) => culling::run(args),

@@ -204,7 +204,7 @@ impl Scores {
 
 impl Line {
     fn cells(&self) -> Vec<String> {
-        let Distance { rms, max } = self.ours.distance;
+        let Distance { rms, max, .. } = self.ours.distance;
         vec![self.mesh.clone(), self.size.clone(), self.ours.triangles.to_string(), three(rms), three(max)]
     }
 
@@ -263,11 +263,11 @@ mod tests {
     use super::*;
 
     fn ours(triangles: u64, rms: f64) -> Ours {
-        Ours { triangles, distance: Distance { rms, max: 4.0 * rms } }
+        Ours { triangles, distance: Distance { rms, max: 4.0 * rms, color_rms: None } }
     }
 
     fn peer(triangles: u64, rms: f64) -> Peer {
-        Peer { triangles, distance: Distance { rms, max: 4.0 * rms } }
+        Peer { triangles, distance: Distance { rms, max: 4.0 * rms, color_rms: None } }
     }
 
     fn scores() -> Scores {

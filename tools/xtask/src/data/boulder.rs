@@ -94,8 +94,7 @@ fn write_to(out: &mut impl Write, n: u64) -> std::io::Result<(u64, u64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fcbuild::mesh::Weld;
-    use fcbuild::{BuildOptions, SplitMode};
+    use fcbuild::BuildOptions;
 
     #[test]
     fn it_is_closed_and_looks_outwards() {
@@ -105,7 +104,7 @@ mod tests {
         assert!((5_000..6_000).contains(&faces) && vertices > faces / 2);
         let import = fcbuild::import::ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} };
         let soup = fcbuild::import::import(&path, &import).unwrap();
-        let options = BuildOptions { split: SplitMode::Quality, weld: Weld::Exact, progress: &|_, _, _| {} };
+        let options = BuildOptions::default();
         let built = fcbuild::Prepared::new(soup, &options).unwrap();
         assert!(!built.looks_inwards());
         assert_eq!(built.extent().border_edges, 0);

@@ -18,7 +18,7 @@ pub(crate) struct Mesh {
 impl Mesh {
     /// The mesh as it is measured.
     pub(crate) fn surface(&self) -> fcmeasure::Surface<'_> {
-        fcmeasure::Surface { positions: &self.positions, faces: &self.faces }
+        fcmeasure::Surface { positions: &self.positions, faces: &self.faces, colors: &[] }
     }
 
     /// Adds a vertex and returns its index.

@@ -116,7 +116,7 @@ impl Model {
 
     /// The binary tree of clusters.
     pub(crate) fn hierarchy(&self, mode: Mode) -> Hierarchy {
-        partition::partition(&self.mesh, &self.components, mode.split, &|_| {})
+        partition::partition(&self.mesh, &self.components, mode.split, None, &|_| {})
     }
 
     /// The modes that make a tree of their own of this model, in the order of figures.
@@ -154,7 +154,7 @@ impl Model {
     /// # Errors
     /// Those of the builder and of the file format.
     pub(crate) fn tree(&self, mode: Mode) -> Result<Tree, Box<dyn Error>> {
-        let options = BuildOptions { split: mode.split, weld: Weld::Exact, progress: &|_, _, _| {} };
+        let options = BuildOptions { split: mode.split, ..BuildOptions::default() };
         let built = fcbuild::build(self.soup.clone(), &options)?;
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("tree.fct");

@@ -9,8 +9,7 @@ use super::output::Output;
 use super::page::{Panel, panels, table, three, verdict, whole};
 use super::plot::{Plot, Scale, Series};
 use fcbuild::import::{ImportOptions, import};
-use fcbuild::mesh::Weld;
-use fcbuild::{BuildOptions, Prepared, SplitMode};
+use fcbuild::{BuildOptions, Prepared};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -65,7 +64,7 @@ pub(crate) fn page(mesh: &Path, out: &Output) -> Result<String, Box<dyn Error>> 
     let folder = tempfile::tempdir()?;
     let tree = folder.path().join("model.fct");
     let mut soup = import(mesh, &ImportOptions { max_faces: u64::MAX, progress: &|_, _| {} })?;
-    let options = BuildOptions { split: SplitMode::Quality, weld: Weld::Exact, progress: &|_, _, _| {} };
+    let options = BuildOptions::default();
     let mut prepared = Prepared::new(soup.clone(), &options)?;
     // The viewer leaves out back faces, and would show the inside of a scan with the wrong winding.
     let turned = prepared.looks_inwards();

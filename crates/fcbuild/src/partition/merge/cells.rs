@@ -4,6 +4,7 @@ use super::Rule;
 use super::cluster::Cluster;
 use super::graph::{Edge, Graph, Merged};
 use super::numbering::Numbering;
+use crate::colors::Coloring;
 use crate::mesh::{Mesh, NONE};
 use fcgeom::FaceMoments;
 use glam::DVec3;
@@ -40,25 +41,27 @@ fn spread(x: u32) -> u32 {
 }
 
 /// The faces of a mesh along the curve.
-pub(super) struct Faces<'a> {
+pub(super) struct Faces<'a, F> {
     pub(super) mesh: &'a Mesh,
     pub(super) order: &'a [u32],
     /// Where each face stands in `order`.
     pub(super) place: &'a [u32],
     /// The component of each face; empty if there is one.
     pub(super) component: &'a [u32],
+    /// The colours of each face.
+    pub(super) colors: F,
     /// How many edges meet at each vertex.
     pub(super) degree: &'a [u8],
 }
 
 /// Merges the faces of one cell; edges that leave the cell are left to the next round.
-pub(super) fn merge_faces(
+pub(super) fn merge_faces<C: Coloring>(
     rule: Rule,
-    faces: &Faces<'_>,
+    faces: &Faces<'_, impl Fn(u32) -> C>,
     first_place: usize,
     len: usize,
     stop: usize,
-) -> Merged {
+) -> Merged<C> {
     let mesh = faces.mesh;
     let cell = &faces.order[first_place..first_place + len];
     let mut numbering = Numbering::with_capacity(3 * cell.len());
@@ -84,19 +87,25 @@ pub(super) fn merge_faces(
         }
         let [a, b, c] = points;
         let own = faces.component.get(face as usize).copied().unwrap_or(0);
-        clusters.push(Cluster::of_face(face, &FaceMoments::of_triangle(a, b, c), perimeter, own));
+        clusters.push(Cluster::of_face(
+            face,
+            &FaceMoments::of_triangle(a, b, c),
+            (faces.colors)(face),
+            perimeter,
+            own,
+        ));
     }
     merge(rule, clusters, edges, numbering, faces.degree, stop)
 }
 
 /// Merges some clusters along the edges between them.
-pub(super) fn merge_clusters(
+pub(super) fn merge_clusters<C: Coloring>(
     rule: Rule,
-    clusters: Vec<Cluster>,
+    clusters: Vec<Cluster<C>>,
     mut edges: Vec<Edge>,
     degree: &[u8],
     stop: usize,
-) -> Merged {
+) -> Merged<C> {
     let mut numbering = Numbering::with_capacity(2 * edges.len());
     for edge in &mut edges {
         edge.ends = edge.ends.map(|v| if v == NONE { NONE } else { numbering.number(v) });
@@ -105,14 +114,14 @@ pub(super) fn merge_clusters(
 }
 
 /// Ends are numbers of `numbering` on the way in and vertices on the way out.
-fn merge(
+fn merge<C: Coloring>(
     rule: Rule,
-    clusters: Vec<Cluster>,
+    clusters: Vec<Cluster<C>>,
     edges: Vec<Edge>,
     numbering: Numbering,
     degree: &[u8],
     stop: usize,
-) -> Merged {
+) -> Merged<C> {
     let mut own_degree: Vec<u8> = numbering.vertices.iter().map(|&v| degree[v as usize]).collect();
     let mut merged = Graph::new(rule, clusters, edges, &mut own_degree).run(stop);
     for edge in &mut merged.edges {

@@ -1,11 +1,12 @@
 //! A cluster while it grows by merging: the sums that its plane and its errors follow from.
 
+use crate::colors::Coloring;
 use fcgeom::{FaceMoments, SymMat3, smallest_eigenpair_near, smallest_eigenvalue};
 use glam::DVec3;
 
 /// Sums over the faces of a cluster, in normal units.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cluster {
+pub(super) struct Cluster<C> {
     pub(super) area: f64,
     pub(super) centroid: DVec3,
     /// The integral of the outer products of positions, counted from the centroid: area times `Z_rr`.
@@ -14,8 +15,9 @@ pub(super) struct Cluster {
     pub(super) normal: DVec3,
     /// Area times epsilon: the integral of the squared distance from the plane.
     pub(super) error: f64,
-    /// The error when it is drawn as one polygon, see [`lost`].
+    /// The error when it is drawn as one polygon, see [`lost`], and what is lost of the colours.
     pub(super) lost: f64,
+    pub(super) colors: C,
     /// Length of the boundary.
     pub(super) perimeter: f32,
     /// The component that the faces belong to.
@@ -27,8 +29,8 @@ pub(super) struct Cluster {
     pub(super) depth: u32,
 }
 
-impl Cluster {
-    pub(super) fn of_face(face: u32, m: &FaceMoments, perimeter: f32, component: u32) -> Cluster {
+impl<C: Coloring> Cluster<C> {
+    pub(super) fn of_face(face: u32, m: &FaceMoments, colors: C, perimeter: f32, component: u32) -> Self {
         let area = f64::from(m.area);
         let [xx, xy, xz, yy, yz, zz] = m.spread.map(f64::from);
         Cluster {
@@ -38,6 +40,7 @@ impl Cluster {
             normal: m.normal.as_dvec3() * area,
             error: 0.0,
             lost: 0.0,
+            colors,
             perimeter,
             component,
             root: face,
@@ -49,12 +52,14 @@ impl Cluster {
     /// The two as one; its tree is not known yet.
     // Most callers ask for a part of it.
     #[inline(always)]
-    pub(super) fn union(&self, other: &Cluster, shared_length: f32) -> Cluster {
+    pub(super) fn union(&self, other: &Self, shared_length: f32) -> Self {
         let area = self.area + other.area;
         // Two clusters without area count the same.
         let share = if area > 0.0 { other.area / area } else { 0.5 };
         let apart = other.centroid - self.centroid;
-        let spread = self.spread + other.spread + SymMat3::outer(apart) * (self.area * share);
+        let weight = self.area * share;
+        let spread = self.spread + other.spread + SymMat3::outer(apart) * weight;
+        let colors = self.colors.union(&other.colors, share, apart, weight);
         // A union is never flatter than its parts are together; rounding may say so.
         let error = smallest_eigenvalue(&spread).max(self.error + other.error);
         let normal = self.normal + other.normal;
@@ -64,7 +69,8 @@ impl Cluster {
             spread,
             normal,
             error,
-            lost: lost(area, normal, error),
+            lost: lost(area, normal, error) + colors.squared_loss(&spread),
+            colors,
             perimeter: (self.perimeter + other.perimeter - 2.0 * shared_length).max(0.0),
             component: self.component,
             root: u32::MAX,

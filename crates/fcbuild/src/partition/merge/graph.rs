@@ -3,6 +3,7 @@
 use super::Rule;
 use super::cluster::Cluster;
 use super::queue::Queue;
+use crate::colors::Coloring;
 use crate::mesh::NONE;
 use glam::Vec3;
 
@@ -54,10 +55,10 @@ impl Edge {
 }
 
 /// What is left when a graph has been merged as far as wanted.
-#[derive(Debug, Default)]
-pub(super) struct Merged {
+#[derive(Debug)]
+pub(super) struct Merged<C> {
     pub(super) merges: Vec<Merge>,
-    pub(super) clusters: Vec<Cluster>,
+    pub(super) clusters: Vec<Cluster<C>>,
     /// Between clusters of the list above; ends are as they came.
     pub(super) edges: Vec<Edge>,
     /// For each cluster at the start, where in the list above it is now.
@@ -65,9 +66,9 @@ pub(super) struct Merged {
 }
 
 /// Clusters and the edges between them.
-pub(super) struct Graph<'a> {
+pub(super) struct Graph<'a, C> {
     rule: Rule,
-    clusters: Vec<Cluster>,
+    clusters: Vec<Cluster<C>>,
     edges: Vec<Edge>,
     /// How many cut paths meet at each vertex that an edge may end at.
     degree: &'a mut [u8],
@@ -84,8 +85,8 @@ pub(super) struct Graph<'a> {
     merges: Vec<Merge>,
 }
 
-impl<'a> Graph<'a> {
-    pub(super) fn new(rule: Rule, clusters: Vec<Cluster>, edges: Vec<Edge>, degree: &'a mut [u8]) -> Self {
+impl<'a, C: Coloring> Graph<'a, C> {
+    pub(super) fn new(rule: Rule, clusters: Vec<Cluster<C>>, edges: Vec<Edge>, degree: &'a mut [u8]) -> Self {
         let mut graph = Graph {
             rule,
             head: vec![NONE; clusters.len()],
@@ -108,7 +109,7 @@ impl<'a> Graph<'a> {
     }
 
     /// Merges until `stop` clusters are left, or none has a neighbour.
-    pub(super) fn run(mut self, stop: usize) -> Merged {
+    pub(super) fn run(mut self, stop: usize) -> Merged<C> {
         let mut queue = Queue::new(self.edges.iter().map(|e| self.cost(e)));
         let mut left = self.clusters.len();
         while left > stop
@@ -213,7 +214,7 @@ impl<'a> Graph<'a> {
         kept
     }
 
-    fn finish(mut self) -> Merged {
+    fn finish(mut self) -> Merged<C> {
         let mut place = vec![NONE; self.clusters.len()];
         let mut clusters = Vec::new();
         for (c, cluster) in self.clusters.iter().enumerate() {

@@ -23,6 +23,7 @@ pub(super) use rule::Rule;
 
 use super::hierarchy::Hierarchy;
 use super::{DEPTH_LIMIT, SplitMode, top};
+use crate::colors::{Coloring, Weights};
 use crate::mesh::{Components, Mesh, NONE, origin};
 use cells::Faces;
 use cluster::Cluster;
@@ -43,16 +44,36 @@ const CELLS_AT_ONCE: usize = 8;
 const LAST_ROUND: usize = 16_384;
 
 /// The tree of `mesh`; none if it would be too deep.
+///
+/// Garland's rule does not look at `colors`.
 pub(super) fn merge_all(
     mesh: &Mesh,
     components: &Components,
     rule: Rule,
+    colors: Option<Weights>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Option<Hierarchy> {
+    match colors.zip(mesh.colors.as_deref()) {
+        Some((weights, colors)) if rule == Rule::Quality => {
+            let colors = weights.for_budgets(colors);
+            let of_face = |f: u32| colors.of_face(&mesh.positions, mesh.faces[f as usize]).3;
+            merge(mesh, components, rule, of_face, progress)
+        }
+        _ => merge(mesh, components, rule, |_| (), progress),
+    }
+}
+
+fn merge<C: Coloring>(
+    mesh: &Mesh,
+    components: &Components,
+    rule: Rule,
+    colors: impl Fn(u32) -> C + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Option<Hierarchy> {
     let faces = mesh.faces.len();
     let mut forest = Forest { rule, faces, merges: Vec::with_capacity(faces - 1) };
     let boundary = boundary_vertices(mesh);
-    let (mut clusters, mut edges) = forest.merge_faces(mesh, components, &boundary, progress);
+    let (mut clusters, mut edges) = forest.merge_faces(mesh, components, &boundary, colors, progress);
     while clusters.len() > LAST_ROUND && !edges.is_empty() {
         let before = clusters.len();
         (clusters, edges) = forest.merge_round(clusters, edges, &boundary);
@@ -62,7 +83,7 @@ pub(super) fn merge_all(
     }
     let degree = degrees(&edges, &boundary);
     let last = cells::merge_clusters(rule, clusters, edges, &degree, 1);
-    let mut round = Round::default();
+    let mut round = Round::new();
     forest.add(&last, &mut round);
     drop(last);
     let (root, depth) = forest.join(components, &round.clusters)?;
@@ -80,13 +101,14 @@ struct Forest {
 
 impl Forest {
     /// The first round: cells of faces.
-    fn merge_faces(
+    fn merge_faces<C: Coloring>(
         &mut self,
         mesh: &Mesh,
         components: &Components,
         boundary: &[u8],
+        colors: impl Fn(u32) -> C + Sync,
         progress: &(dyn Fn(u64) + Sync),
-    ) -> (Vec<Cluster>, Vec<Edge>) {
+    ) -> (Vec<Cluster<C>>, Vec<Edge>) {
         let centroid =
             |f: &[u32; 3]| f.map(|v| mesh.positions[v as usize].as_dvec3()).into_iter().sum::<DVec3>();
         let (order, degree) = rayon::join(
@@ -105,7 +127,8 @@ impl Forest {
             place[f as usize] = i as u32;
         }
         let component = if components.len() == 1 { Vec::new() } else { components.of_faces() };
-        let along = Faces { mesh, order: &order, place: &place, component: &component, degree: &degree };
+        let along =
+            Faces { mesh, order: &order, place: &place, component: &component, colors, degree: &degree };
         let cells: Vec<usize> = (0..order.len()).step_by(CELL).collect();
         let rule = self.rule;
         let round = self.cells(cells, |first| {
@@ -135,12 +158,12 @@ impl Forest {
     }
 
     /// A later round: cells of clusters.
-    fn merge_round(
+    fn merge_round<C: Coloring>(
         &mut self,
-        clusters: Vec<Cluster>,
+        clusters: Vec<Cluster<C>>,
         edges: Vec<Edge>,
         boundary: &[u8],
-    ) -> (Vec<Cluster>, Vec<Edge>) {
+    ) -> (Vec<Cluster<C>>, Vec<Edge>) {
         let order = cells::along_curve(clusters.par_iter().map(|c| c.centroid));
         let mut place = vec![0_u32; order.len()];
         for (i, &c) in order.iter().enumerate() {
@@ -169,12 +192,16 @@ impl Forest {
     }
 
     /// Merges inside cells, some of them at once, and appends their merges.
-    fn cells<C: Send>(&mut self, cells: Vec<C>, merge: impl Fn(C) -> Merged + Sync) -> Round {
-        let mut round = Round::default();
+    fn cells<T: Send, C: Coloring>(
+        &mut self,
+        cells: Vec<T>,
+        merge: impl Fn(T) -> Merged<C> + Sync,
+    ) -> Round<C> {
+        let mut round = Round::new();
         let mut rest = cells.into_iter();
-        let mut done: Vec<Merged> = Vec::new();
+        let mut done: Vec<Merged<C>> = Vec::new();
         loop {
-            let some: Vec<C> = rest.by_ref().take(CELLS_AT_ONCE * rayon::current_num_threads()).collect();
+            let some: Vec<T> = rest.by_ref().take(CELLS_AT_ONCE * rayon::current_num_threads()).collect();
             let is_last = some.is_empty();
             // What is done is put away while the next ones are merged.
             let (merged, ()) = rayon::join(
@@ -189,7 +216,7 @@ impl Forest {
     }
 
     /// Appends the merges of a cell; its clusters and edges go to the round's, numbered across cells.
-    fn add(&mut self, cell: &Merged, round: &mut Round) {
+    fn add<C: Coloring>(&mut self, cell: &Merged<C>, round: &mut Round<C>) {
         let first_merge = (self.faces + self.merges.len()) as u32;
         let first_cluster = round.clusters.len() as u32;
         let global = |r: u32| if r & LOCAL != 0 { first_merge + (r & !LOCAL) } else { r };
@@ -201,8 +228,8 @@ impl Forest {
     }
 
     /// Joins the trees of all components: the root and the depth of the tree; none if it is too deep.
-    fn join(&mut self, components: &Components, roots: &[Cluster]) -> Option<(u32, u32)> {
-        let mut of_component: Vec<&Cluster> = roots.iter().collect();
+    fn join<C>(&mut self, components: &Components, roots: &[Cluster<C>]) -> Option<(u32, u32)> {
+        let mut of_component: Vec<&Cluster<C>> = roots.iter().collect();
         of_component.sort_by_key(|c| c.component);
         let (list, joins) = top::order(components);
         // The joins are in preorder: those of a right side follow all those of the left.
@@ -248,17 +275,22 @@ impl Forest {
 }
 
 /// What is left of the cells of a round.
-#[derive(Default)]
-struct Round {
-    clusters: Vec<Cluster>,
+struct Round<C> {
+    clusters: Vec<Cluster<C>>,
     /// Within cells.
     edges: Vec<Edge>,
     /// For each place at the start, which cluster it went into.
     now: Vec<u32>,
 }
 
+impl<C> Round<C> {
+    fn new() -> Round<C> {
+        Round { clusters: Vec::new(), edges: Vec::new(), now: Vec::new() }
+    }
+}
+
 /// Puts together a round and the edges between its cells, which are given by places.
-fn collect(round: Round, crossing: Vec<(u32, u32, Edge)>) -> (Vec<Cluster>, Vec<Edge>) {
+fn collect<C>(round: Round<C>, crossing: Vec<(u32, u32, Edge)>) -> (Vec<Cluster<C>>, Vec<Edge>) {
     let Round { clusters, mut edges, now } = round;
     let mut crossing: Vec<Edge> = crossing
         .into_par_iter()

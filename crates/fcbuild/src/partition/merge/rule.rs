@@ -17,7 +17,7 @@ pub(crate) enum Rule {
 impl Rule {
     #[inline]
     /// The cost of making `union` of `a` and `b`, not negative; `removed` triangles fewer are drawn then.
-    pub(super) fn cost(self, a: &Cluster, b: &Cluster, union: &Cluster, removed: u32) -> f64 {
+    pub(super) fn cost<C>(self, a: &Cluster<C>, b: &Cluster<C>, union: &Cluster<C>, removed: u32) -> f64 {
         let cost = match self {
             Rule::Quality => {
                 let rise = (union.lost - a.lost - b.lost).max(0.0);
@@ -36,7 +36,7 @@ impl Rule {
     }
 
     /// The budget key of a merge, a length: nodes of larger keys are refined first.
-    pub(super) fn key(self, cost: f64, union: &Cluster) -> f32 {
+    pub(super) fn key<C>(self, cost: f64, union: &Cluster<C>) -> f32 {
         let key = match self {
             // The cost is an area times a squared distance.
             Rule::Quality => cost.sqrt().sqrt(),
@@ -61,7 +61,7 @@ const SHAPE: f64 = 1e-3;
 const SPARE_LEVELS: u32 = 6;
 
 /// 2 for each half level too deep: deep trees make slow walks, and lopsided ones come from no shape but from ties.
-fn depth_penalty(union: &Cluster) -> f64 {
+fn depth_penalty<C>(union: &Cluster<C>) -> f64 {
     let twice = (2 * union.depth).saturating_sub(3 * union.faces.ilog2() + 2 * SPARE_LEVELS);
     f64::from_bits(u64::from(1023 + twice.min(200)) << 52)
 }

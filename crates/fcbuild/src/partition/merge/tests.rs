@@ -72,7 +72,7 @@ fn trees_hold_every_face_once_in_connected_clusters_for_any_number_of_threads() 
     for rule in [Rule::Quality, Rule::Garland] {
         let build = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| merge_all(&mesh, &components, rule, &|_| ()).unwrap())
+            pool.install(|| merge_all(&mesh, &components, rule, None, &|_| ()).unwrap())
         };
         let tree = build(1);
         let mut order = tree.order.clone();
@@ -92,7 +92,7 @@ fn trees_hold_every_face_once_in_connected_clusters_for_any_number_of_threads() 
 fn fronts_are_flatter_than_those_of_splitting() {
     let mesh = sheet(9);
     let components = Components::of(&mesh);
-    let tree = merge_all(&mesh, &components, Rule::Quality, &|_| ()).unwrap();
+    let tree = merge_all(&mesh, &components, Rule::Quality, None, &|_| ()).unwrap();
     let error = |tree: &Hierarchy, clusters: usize| {
         let mut front: Vec<(f64, usize, usize)> = vec![(f64::INFINITY, 0, tree.order.len())];
         while front.len() < clusters {
@@ -106,7 +106,7 @@ fn fronts_are_flatter_than_those_of_splitting() {
         }
         front.iter().map(|f| f.0).sum::<f64>()
     };
-    let paper = partition(&mesh, &components, SplitMode::Paper, &|_| ());
+    let paper = partition(&mesh, &components, SplitMode::Paper, None, &|_| ());
     for clusters in [10, 20, 40] {
         assert!(error(&tree, clusters) < error(&paper, clusters));
     }
@@ -124,7 +124,7 @@ fn components_are_joined_and_a_soup_of_triangles_is_a_tree_of_joins() {
     let mesh = mesh_of(&positions, triangles);
     let components = Components::of(&mesh);
     assert_eq!(components.len(), 300);
-    let tree = merge_all(&mesh, &components, Rule::Quality, &|_| ()).unwrap();
+    let tree = merge_all(&mesh, &components, Rule::Quality, None, &|_| ()).unwrap();
     assert!(tree.splits.iter().all(|s| s.joins_components && s.key == f32::INFINITY));
     assert!(tree.depth <= 10);
     assert_eq!(tree.depth, depth(&tree.splits));
@@ -139,7 +139,7 @@ fn ties_make_even_trees() {
     let mesh = mesh_of(&positions, triangles.collect());
     let components = Components::of(&mesh);
     for rule in [Rule::Quality, Rule::Garland] {
-        let depth = merge_all(&mesh, &components, rule, &|_| ()).unwrap().depth;
+        let depth = merge_all(&mesh, &components, rule, None, &|_| ()).unwrap().depth;
         assert!(depth <= 22, "{rule:?}: {depth}");
     }
 }
@@ -163,7 +163,7 @@ fn faces_that_meet_along_several_edges_merge_once() {
     for triangles in [vec![[0, 1, 2], [0, 2, 1]], vec![[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]]] {
         let mesh = mesh_of(&positions, triangles);
         let components = Components::of(&mesh);
-        let tree = merge_all(&mesh, &components, Rule::Quality, &|_| ()).unwrap();
+        let tree = merge_all(&mesh, &components, Rule::Quality, None, &|_| ()).unwrap();
         let mut order = tree.order.clone();
         order.sort_unstable();
         assert!(order.into_iter().eq(0..mesh.faces.len() as u32));

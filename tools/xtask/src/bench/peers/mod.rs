@@ -6,7 +6,7 @@ mod simplify;
 
 pub(crate) use cluster_lod::{ClusterLod, build_only};
 pub(crate) use meshlab::{MeshLab, Nexus};
-pub(crate) use simplify::{keep_vertices, move_vertices};
+pub(crate) use simplify::{keep_colors, keep_vertices, move_vertices};
 
 use crate::data::ply_out::Mesh;
 

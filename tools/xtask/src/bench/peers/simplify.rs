@@ -1,6 +1,9 @@
 //! meshoptimizer's simplification by quadrics, to a number of triangles.
 
-use meshopt::{SimplifyOptions, SimplifyVertex, simplify, simplify_with_update};
+use meshopt::{
+    SimplifyOptions, SimplifyVertex, VertexDataAdapter, simplify, simplify_with_attributes_and_locks,
+    simplify_with_update,
+};
 
 use super::{over, positions};
 use crate::data::ply_out::Mesh;
@@ -15,6 +18,35 @@ pub(crate) fn keep_vertices(mesh: &Mesh, triangles: u64) -> Mesh {
     let target = triangles as usize * 3;
     let kept = simplify(indices, &vertices, target, ANY_ERROR, SimplifyOptions::None, None);
     over(&mesh.positions, &kept)
+}
+
+/// The same, where colours count: a full step of a channel as so large a part of the mesh. Its faces, over the same
+/// vertices.
+pub(crate) fn keep_colors(
+    at: &[[f32; 3]],
+    faces: &[[u32; 3]],
+    colors: &[[u8; 4]],
+    weight: f32,
+    triangles: u64,
+) -> Vec<[u32; 3]> {
+    let Ok(vertices) = VertexDataAdapter::new(meshopt::typed_to_bytes(at), size_of::<[f32; 3]>(), 0) else {
+        return Vec::new();
+    };
+    let channels: Vec<[f32; 3]> = colors.iter().map(|c| [0, 1, 2].map(|i| f32::from(c[i]) / 255.0)).collect();
+    let unlocked = vec![SimplifyVertex::None; at.len()];
+    let kept = simplify_with_attributes_and_locks(
+        faces.as_flattened(),
+        &vertices,
+        channels.as_flattened(),
+        &[weight; 3],
+        size_of::<[f32; 3]>(),
+        &unlocked,
+        triangles as usize * 3,
+        ANY_ERROR,
+        SimplifyOptions::None,
+        None,
+    );
+    kept.as_chunks::<3>().0.to_vec()
 }
 
 /// The same with vertices moved to where the quadrics are least.
