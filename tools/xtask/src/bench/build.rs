@@ -104,7 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Box<dyn Error>> {
             eprintln!("making a mesh of {faces} faces");
             let (name, mesh) = large(faces)?;
             let path = folder.path().join(format!("{name}.ply"));
-            write_file(&path, &mesh, "sculpture, cut finer")?;
+            write_file(&path, &mesh, &[], "sculpture, cut finer")?;
             drop(mesh);
             bench.measure(&path, &mut costs, &mut wrong)?;
             fs::remove_file(&path)?;

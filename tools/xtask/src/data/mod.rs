@@ -22,6 +22,7 @@ pub(crate) mod sculpture;
 mod terrain;
 #[cfg(test)]
 pub(crate) mod topology;
+mod vase;
 
 pub(crate) use circle::circle;
 use ply_out::Mesh;
@@ -42,6 +43,9 @@ pub(crate) struct Args {
     /// Write only a rough ball of at least this many faces (boulder-100m.ply), 19 bytes of file and next to no memory a face.
     #[arg(long, value_name = "N", conflicts_with_all = ["faces", "large"], requires = "out", value_parser = clap::value_parser!(u64).range(12..=1_000_000_000))]
     boulder: Option<u64>,
+    /// Write only a painted vase of about this many faces (vase-400k.ply).
+    #[arg(long, value_name = "N", conflicts_with_all = ["faces", "large", "boulder"], requires = "out", value_parser = clap::value_parser!(u64).range(2_000..=20_000_000))]
+    vase: Option<u64>,
 }
 
 /// Why no sample could be written.
@@ -90,11 +94,11 @@ pub(crate) fn run(args: &Args) -> Result<(), DataError> {
     let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data");
     let out = args.out.as_deref().unwrap_or(&home);
     let odd = out.join("odd");
-    let folder = if args.large.or(args.boulder).is_some() { out } else { &odd };
+    let folder = if args.large.or(args.boulder).or(args.vase).is_some() { out } else { &odd };
     fs::create_dir_all(folder).map_err(|source| DataError::io(folder, source))?;
     if let Some(faces) = args.large {
         let path = out.join(format!("sculpture-{}.ply", short(faces)));
-        return write(&path, &sculpture(faces)?, sculpture::COMMENT);
+        return write(&path, &sculpture(faces)?, &[], sculpture::COMMENT);
     }
     if let Some(faces) = args.boulder {
         let path = out.join(format!("boulder-{}.ply", short(faces)));
@@ -102,18 +106,22 @@ pub(crate) fn run(args: &Args) -> Result<(), DataError> {
         say(&path, &format!("{} faces, {} vertices", counts.0, counts.1));
         return Ok(());
     }
+    if let Some(faces) = args.vase {
+        let (mesh, colors) = vase::vase(faces);
+        return write(&out.join(format!("vase-{}.ply", short(faces))), &mesh, &colors, vase::COMMENT);
+    }
     for (name, bytes) in odd::files() {
         let path = odd.join(name);
         fs::write(&path, &bytes).map_err(|source| DataError::io(&path, source))?;
         say(&path, &format!("{} bytes", bytes.len()));
     }
-    write(&out.join("terrain.ply"), &terrain::terrain(), "height field with holes")?;
-    write(&out.join("parts.ply"), &parts::parts(), "forty separate pieces")?;
-    write(&out.join("sculpture.ply"), &sculpture(args.faces)?, sculpture::COMMENT)
+    write(&out.join("terrain.ply"), &terrain::terrain(), &[], "height field with holes")?;
+    write(&out.join("parts.ply"), &parts::parts(), &[], "forty separate pieces")?;
+    write(&out.join("sculpture.ply"), &sculpture(args.faces)?, &[], sculpture::COMMENT)
 }
 
-fn write(path: &Path, mesh: &Mesh, comment: &str) -> Result<(), DataError> {
-    ply_out::write_file(path, mesh, comment)?;
+fn write(path: &Path, mesh: &Mesh, colors: &[[u8; 3]], comment: &str) -> Result<(), DataError> {
+    ply_out::write_file(path, mesh, colors, comment)?;
     say(path, &format!("{} faces, {} vertices", mesh.faces.len(), mesh.positions.len()));
     Ok(())
 }
@@ -142,7 +150,7 @@ mod tests {
         let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data");
         let bytes = |mesh: &Mesh, comment: &str| {
             let mut out = Vec::new();
-            ply_out::write_to(&mut out, mesh, comment).unwrap();
+            ply_out::write_to(&mut out, mesh, &[], comment).unwrap();
             out
         };
         let mut expected: Vec<(PathBuf, Vec<u8>)> =

@@ -22,7 +22,7 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>)> {
 fn binary_ply(mesh: &Mesh, comment: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
     // Writing to a Vec cannot fail, so there is no error to pass on.
-    let _ = write_to(&mut bytes, mesh, comment);
+    let _ = write_to(&mut bytes, mesh, &[], comment);
     bytes
 }
 

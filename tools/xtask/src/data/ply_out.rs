@@ -63,18 +63,33 @@ impl Mesh {
 }
 
 /// Writes `mesh` as binary little-endian PLY with `float` positions and `uchar`/`int` lists.
-pub(crate) fn write_to(out: &mut impl Write, mesh: &Mesh, comment: &str) -> std::io::Result<()> {
+///
+/// `colors` are those of the vertices, or none.
+pub(crate) fn write_to(
+    out: &mut impl Write,
+    mesh: &Mesh,
+    colors: &[[u8; 3]],
+    comment: &str,
+) -> std::io::Result<()> {
+    let channels = if colors.is_empty() {
+        ""
+    } else {
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+    };
     write!(
         out,
         "ply\nformat binary_little_endian 1.0\ncomment {comment}\nelement vertex {}\n\
-         property float x\nproperty float y\nproperty float z\nelement face {}\n\
+         property float x\nproperty float y\nproperty float z\n{channels}element face {}\n\
          property list uchar int vertex_indices\nend_header\n",
         mesh.positions.len(),
         mesh.faces.len()
     )?;
-    for p in &mesh.positions {
+    for (i, p) in mesh.positions.iter().enumerate() {
         for c in p {
             out.write_all(&c.to_le_bytes())?;
+        }
+        if let Some(color) = colors.get(i) {
+            out.write_all(color)?;
         }
     }
     for f in &mesh.faces {
@@ -90,10 +105,15 @@ pub(crate) fn write_to(out: &mut impl Write, mesh: &Mesh, comment: &str) -> std:
 ///
 /// # Errors
 /// [`DataError::Io`] with the path when the file cannot be created or written.
-pub(crate) fn write_file(path: &Path, mesh: &Mesh, comment: &str) -> Result<(), DataError> {
+pub(crate) fn write_file(
+    path: &Path,
+    mesh: &Mesh,
+    colors: &[[u8; 3]],
+    comment: &str,
+) -> Result<(), DataError> {
     let write = || {
         let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
-        write_to(&mut out, mesh, comment)?;
+        write_to(&mut out, mesh, colors, comment)?;
         out.flush()
     };
     write().map_err(|source| DataError::io(path, source))

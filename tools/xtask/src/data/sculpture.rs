@@ -58,7 +58,7 @@ mod tests {
 
     fn bytes(mesh: &Mesh) -> Vec<u8> {
         let mut out = Vec::new();
-        write_to(&mut out, mesh, COMMENT).unwrap();
+        write_to(&mut out, mesh, &[], COMMENT).unwrap();
         out
     }
 

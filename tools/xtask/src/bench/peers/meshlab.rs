@@ -51,7 +51,7 @@ impl MeshLab {
     pub(crate) fn quadrics(&self, mesh: &Mesh, triangles: &[u64]) -> Result<Vec<Mesh>, Box<dyn Error>> {
         let folder = tempfile::tempdir()?;
         let input = folder.path().join("input.ply");
-        write_file(&input, mesh, "for MeshLab")?;
+        write_file(&input, mesh, &[], "for MeshLab")?;
         let mut command = self.command(&["quadrics"]);
         command.arg(&input).arg(folder.path()).args(triangles.iter().map(u64::to_string));
         run(command)?;
