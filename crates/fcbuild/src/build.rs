@@ -9,11 +9,11 @@ use crate::displacement::{self, promised};
 use crate::error::Error;
 use crate::import::{Soup, Tally};
 use crate::mesh::{Components, Mesh, Weld};
-use crate::partition::{self, Hierarchy, SplitMode, Subtree};
+use crate::partition::{self, Hierarchy, SplitMode};
 use crate::records::Records;
 use crate::tree_order::TreeMesh;
-use crate::{bounds, clusters};
-use fct::{ChildRef, GroupRecord, Meta, TreeData, U32};
+use crate::{bounds, clusters, groups};
+use fct::{Meta, TreeData};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
@@ -114,10 +114,6 @@ impl Built {
         Ok(())
     }
 }
-
-/// The most groups a file names, and the most bytes their names may take: they share its description of 1 MiB.
-const MAX_GROUPS: usize = 1 << 14;
-const MAX_GROUP_NAMES: usize = 1 << 19;
 
 /// Builds the tree of `soup` on the current rayon pool.
 ///
@@ -225,13 +221,7 @@ fn build_prepared(
     clock.lap(Phase::Partition);
 
     tell(Phase::Boundaries, 0);
-    let (mut groups, mut group_names) = group_records(&mesh, &hierarchy);
-    if group_names.len() > MAX_GROUPS || group_names.iter().map(String::len).sum::<usize>() > MAX_GROUP_NAMES
-    {
-        let n = group_names.len() as u64;
-        tally.warn("FC295", n, "these are more groups than a file keeps the names of; the tree has none");
-        (groups, group_names) = (Vec::new(), Vec::new());
-    }
+    let (groups, group_names) = groups::records(&mesh, &hierarchy, &mut tally);
     meta.group_names = group_names;
     let component_count = components.len();
     let mut component = vec![0; hierarchy.order.len()];
@@ -362,33 +352,4 @@ fn describe(mesh: &Mesh, components: &Components, options: &BuildOptions<'_>) ->
         bounds_max: [f32::NEG_INFINITY; 3],
         ..Meta::default()
     }
-}
-
-/// The highest subtree of each group that still has faces, in tree order, and the groups' names in that order.
-fn group_records(mesh: &Mesh, hierarchy: &Hierarchy) -> (Vec<GroupRecord>, Vec<String>) {
-    let (mut records, mut names) = (Vec::new(), Vec::new());
-    if mesh.face_group.is_empty() {
-        return (records, names);
-    }
-    let group_at = |i: usize| mesh.face_group[hierarchy.order[i] as usize];
-    let mut stack = vec![Subtree::whole(hierarchy.order.len())];
-    while let Some(at) = stack.pop() {
-        let (first, faces) = (at.faces.start, at.faces.len());
-        if group_at(first) == group_at(first + faces - 1) {
-            let root =
-                if at.is_face() { ChildRef::face(first as u32) } else { ChildRef::node(at.node as u32) };
-            records.push(GroupRecord {
-                root: U32::new(root.raw()),
-                first_face: U32::new(first as u32),
-                face_count: U32::new(faces as u32),
-                name: U32::new(names.len() as u32),
-            });
-            names.push(mesh.group_names[group_at(first) as usize].clone());
-        } else {
-            let [left, right] = at.children(&hierarchy.splits);
-            stack.push(right);
-            stack.push(left);
-        }
-    }
-    (records, names)
 }

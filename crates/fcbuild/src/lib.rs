@@ -15,6 +15,7 @@ mod clusters;
 pub mod colors;
 mod displacement;
 pub mod error;
+mod groups;
 pub mod import;
 pub mod mesh;
 pub mod partition;
