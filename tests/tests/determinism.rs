@@ -10,7 +10,7 @@ fn on_threads(threads: usize, soup: &Soup, split: SplitMode) -> Vec<u8> {
 }
 
 fn check(name: &str, soup: Soup) {
-    for split in [SplitMode::Paper, SplitMode::Pca, SplitMode::Cca] {
+    for split in [SplitMode::Quality, SplitMode::Paper, SplitMode::Pca, SplitMode::Cca, SplitMode::Merge] {
         let one = on_threads(1, &soup, split);
         for threads in [2, 7] {
             assert!(
@@ -22,10 +22,22 @@ fn check(name: &str, soup: Soup) {
     }
 }
 
+/// The terrain with stripes, and shades that are not linear.
+fn painted() -> Soup {
+    let mut soup = trees::read(&trees::data("terrain.ply"));
+    let Positions::F32(positions) = &soup.positions else { panic!("single precision") };
+    let byte = |x: f32| (x * x * 37.0) as u8;
+    let color =
+        |p: &[f32; 3]| [byte(p[0]), byte(p[1] + p[2]), if p[2].fract() > 0.3 { 200 } else { 20 }, 255];
+    soup.colors = Some(positions.iter().map(color).collect());
+    soup
+}
+
 #[test]
 fn same_bytes_for_any_number_of_threads() {
     check("sculpture.ply", trees::read(&trees::data("sculpture.ply")));
     check("parts.ply", trees::read(&trees::data("parts.ply")));
+    check("painted terrain", painted());
     check("tangle", meshes::tangle(300, 4000, 2));
 }
 
@@ -40,7 +52,12 @@ fn the_modes_differ() {
 /// Exponents change, nothing else: the tree has the same shape and its lengths are the same, scaled.
 #[test]
 fn a_mesh_scaled_by_a_power_of_two_gives_the_scaled_tree() {
-    let soup = trees::read(&trees::data("terrain.ply"));
+    for soup in [trees::read(&trees::data("terrain.ply")), painted()] {
+        scaled(&soup);
+    }
+}
+
+fn scaled(soup: &Soup) {
     let one = trees::tree_of(soup.clone());
     for factor in [0.125_f32, 1024.0] {
         let mut scaled = soup.clone();
