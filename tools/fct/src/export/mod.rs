@@ -102,6 +102,8 @@ pub(crate) struct Exported {
     bound: f64,
     measured: Option<Distance>,
     chosen_by: ChosenBy,
+    /// Whether the tree has colours, which count in its bounds.
+    is_painted: bool,
 }
 
 /// What the clusters were held against.
@@ -221,6 +223,7 @@ fn write(
             Detail::Epsilon(_) => ChosenBy::Epsilon,
             Detail::Budgets(..) => ChosenBy::Budget,
         },
+        is_painted: tree.colors().is_some(),
     })
 }
 
@@ -283,6 +286,9 @@ impl fmt::Display for Exported {
             _ if self.bound == 0.0 => "",
             ChosenBy::Bound => "",
             ChosenBy::Epsilon => ", a loose bound, since a mean error does not go by it (--error does)",
+            ChosenBy::Budget if self.is_painted => {
+                ", a loose bound, since a budget does not go by it (--error does) and colours count in it (--measure tells)"
+            }
             ChosenBy::Budget => ", a loose bound, since a budget does not go by it (--error does)",
         })?;
         if let Some(Distance { rms, max, color_rms }) = self.measured {
