@@ -10,15 +10,15 @@
 
 mod moments;
 
-pub use moments::{Coloring, Colors};
+pub use moments::{Coloring, Colors, Part};
 
 use crate::arcs::loops::{LAST, Loops};
 use crate::bounds::NodeBounds;
 use crate::mesh::Mesh;
 use crate::partition::{Split, Subtree};
 use crate::tree_order::TreeMesh;
-use fcgeom::{SymMat3, round_up};
-use glam::{DVec3, DVec4, Vec3};
+use fcgeom::round_up;
+use glam::{DVec4, Vec3};
 
 /// What colours count in the two orders of a tree.
 #[derive(Clone, Copy, Debug)]
@@ -68,15 +68,9 @@ impl<'a> Weighed<'a> {
         DVec4::from(self.of_vertex[vertex as usize].map(f64::from)) * self.step
     }
 
-    /// The area, centroid, spread and colours of a face.
-    pub fn of_face(&self, positions: &[Vec3], vertices: [u32; 3]) -> (f64, DVec3, SymMat3, Colors) {
-        let points = vertices.map(|v| positions[v as usize].as_dvec3());
-        let [a, b, c] = points;
-        let area = 0.5 * (b - a).cross(c - a).length();
-        let centroid = (a + b + c) / 3.0;
-        let spread = points.map(|x| SymMat3::outer(x - centroid));
-        let spread = (spread[0] + spread[1] + spread[2]) * (area / 12.0);
-        (area, centroid, spread, Colors::of_triangle(area, points, vertices.map(|v| self.get(v))))
+    /// A face.
+    pub fn of_face(&self, positions: &[Vec3], vertices: [u32; 3]) -> Part {
+        Part::of_triangle(vertices.map(|v| positions[v as usize].as_dvec3()), vertices.map(|v| self.get(v)))
     }
 }
 
@@ -107,10 +101,7 @@ struct Walk<'a> {
 
 /// What the walk knows of a subtree.
 struct Below {
-    area: f64,
-    centroid: DVec3,
-    spread: SymMat3,
-    colors: Colors,
+    part: Part,
     /// The square of the loss, times that of the distance.
     cost: f64,
 }
@@ -125,8 +116,7 @@ impl Walk<'_> {
     fn raise(&self, at: Subtree, nodes: &mut [NodeBounds]) -> Below {
         let Some((own, below)) = nodes.split_first_mut() else {
             let face = self.mesh.faces[at.faces.start];
-            let (area, centroid, spread, colors) = self.colors.of_face(&self.mesh.positions, face);
-            return Below { area, centroid, spread, colors, cost: 0.0 };
+            return Below { part: self.colors.of_face(&self.mesh.positions, face), cost: 0.0 };
         };
         let [left, right] = at.children(self.splits);
         let (nodes_l, nodes_r) = below.split_at_mut(left.faces.len() - 1);
@@ -135,33 +125,23 @@ impl Walk<'_> {
         } else {
             rayon::join(|| self.raise(left, nodes_l), || self.raise(right, nodes_r))
         };
-        let area = l.area + r.area;
-        let share = if area > 0.0 { r.area / area } else { 0.5 };
-        let apart = r.centroid - l.centroid;
-        let weight = l.area * share;
-        let centroid = l.centroid + apart * share;
-        let spread = l.spread + r.spread + SymMat3::outer(apart) * weight;
-        let colors = l.colors.union(&r.colors, share, apart, weight);
-        let mut here = Below { area, centroid, spread, colors, cost: 0.0 };
-        let squared = self.squared_loss(&here, at.node);
-        here.cost = self.distance * self.distance * squared;
-        let rise = (here.cost - l.cost - r.cost).max(0.0);
+        let part = l.part.and(&r.part);
+        let squared = self.squared_loss(&part, at.node);
+        let cost = self.distance * self.distance * squared;
+        let rise = (cost - l.cost - r.cost).max(0.0);
         let loss = round_up(squared.sqrt());
         if loss.is_finite() {
             own.raise_bound(loss);
             // Keys of merges are fourth roots of an area times a squared distance a triangle saved.
-            let key = f64::from(own.budget);
-            let raised = round_up((rise / SAVED).sqrt().sqrt());
-            own.budget =
-                if raised.is_finite() && key.is_finite() { own.budget.max(raised) } else { own.budget };
+            own.budget = own.budget.max(round_up((rise / SAVED).sqrt().sqrt()));
         }
         own.nest([nodes_l.first(), nodes_r.first()]);
-        here
+        Below { part, cost }
     }
 
     /// The square of what a node loses: of its faces, and of its border, which colours all of its polygon.
-    fn squared_loss(&self, here: &Below, node: usize) -> f64 {
-        let fit = here.colors.fit(here.centroid, &here.spread);
+    fn squared_loss(&self, part: &Part, node: usize) -> f64 {
+        let fit = part.fit();
         let mut memory = Vec::new();
         let border = self.loops.read(node, &mut memory);
         let of_start = |h: &u32| {
@@ -170,6 +150,6 @@ impl Walk<'_> {
         };
         // A few corners colour much of a polygon: the root of the mean square of squares counts them for more.
         let beside = border.iter().map(of_start).map(|d| d * d).sum::<f64>() / border.len().max(1) as f64;
-        here.colors.squared_loss(&here.spread) + here.area * beside.sqrt()
+        part.squared_loss() + part.area * beside.sqrt()
     }
 }

@@ -35,25 +35,70 @@ pub struct Colors {
     square: f64,
 }
 
-impl Colors {
-    /// Those of a triangle, between whose corners colours are linear.
-    pub fn of_triangle(area: f64, points: [DVec3; 3], colors: [DVec4; 3]) -> Colors {
-        let middle = points.iter().sum::<DVec3>() / 3.0;
-        let mean = colors.iter().sum::<DVec4>() / 3.0;
-        let of_channel = |i: usize| -> DVec3 {
-            points.iter().zip(&colors).map(|(x, c)| (x - middle) * (c - mean)[i]).sum::<DVec3>()
-        };
+/// A part of a surface with its colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// The area.
+    pub area: f64,
+    /// The mean position.
+    pub centroid: DVec3,
+    /// The integral of the outer products of positions, counted from the centroid.
+    pub spread: SymMat3,
+    /// The colours.
+    pub colors: Colors,
+}
+
+impl Part {
+    /// A triangle, between whose corners colours are linear.
+    pub fn of_triangle(points: [DVec3; 3], colors: [DVec4; 3]) -> Part {
+        let [a, b, c] = points;
+        let area = 0.5 * (b - a).cross(c - a).length();
         // The integral of a product of functions that are linear and zero in the mean.
         let weight = area / 12.0;
-        Colors {
+        let centroid = (a + b + c) / 3.0;
+        let [x, y, z] = points.map(|p| SymMat3::outer(p - centroid));
+        let mean = colors.iter().sum::<DVec4>() / 3.0;
+        let of_channel = |i: usize| -> DVec3 {
+            points.iter().zip(&colors).map(|(x, c)| (x - centroid) * (c - mean)[i]).sum::<DVec3>()
+        };
+        let colors = Colors {
             mean,
             together: [0, 1, 2, 3].map(|i| of_channel(i) * weight),
             square: colors.iter().map(|c| (c - mean).length_squared()).sum::<f64>() * weight,
+        };
+        Part { area, centroid, spread: (x + y + z) * weight, colors }
+    }
+
+    /// Both parts as one.
+    #[must_use]
+    pub fn and(&self, other: &Part) -> Part {
+        let area = self.area + other.area;
+        // Two parts without area count the same.
+        let share = if area > 0.0 { other.area / area } else { 0.5 };
+        let apart = other.centroid - self.centroid;
+        let weight = self.area * share;
+        Part {
+            area,
+            centroid: self.centroid + apart * share,
+            spread: self.spread + other.spread + SymMat3::outer(apart) * weight,
+            colors: self.colors.union(&other.colors, share, apart, weight),
         }
     }
 
+    /// The linear colours nearest to its own.
+    pub fn fit(&self) -> Fit {
+        self.colors.fit(self.centroid, &self.spread)
+    }
+
+    /// The integral of the squared difference from those.
+    pub fn squared_loss(&self) -> f64 {
+        self.colors.squared_loss(&self.spread)
+    }
+}
+
+impl Colors {
     /// The linear colours nearest to those of a cluster of this centroid and spread. Across a thin one they are level.
-    pub fn fit(&self, centroid: DVec3, spread: &SymMat3) -> Fit {
+    fn fit(&self, centroid: DVec3, spread: &SymMat3) -> Fit {
         Fit { centroid, mean: self.mean, slopes: self.slopes(spread) }
     }
 
@@ -110,31 +155,6 @@ impl Fit {
 mod tests {
     use super::*;
 
-    /// A triangle with its area, centroid, spread and colours.
-    fn part(points: [DVec3; 3], colors: [DVec4; 3]) -> (f64, DVec3, SymMat3, Colors) {
-        let [a, b, c] = points;
-        let area = 0.5 * (b - a).cross(c - a).length();
-        let centroid = (a + b + c) / 3.0;
-        let spread = points.map(|x| SymMat3::outer(x - centroid));
-        let spread = (spread[0] + spread[1] + spread[2]) * (area / 12.0);
-        (area, centroid, spread, Colors::of_triangle(area, points, colors))
-    }
-
-    /// All parts as one.
-    fn all(parts: &[(f64, DVec3, SymMat3, Colors)]) -> (f64, DVec3, SymMat3, Colors) {
-        parts
-            .iter()
-            .copied()
-            .reduce(|a, b| {
-                let area = a.0 + b.0;
-                let (share, apart) = (b.0 / area, b.1 - a.1);
-                let weight = a.0 * share;
-                let spread = a.2 + b.2 + SymMat3::outer(apart) * weight;
-                (area, a.1 + apart * share, spread, a.3.union(&b.3, share, apart, weight))
-            })
-            .unwrap()
-    }
-
     /// A bent strip of triangles coloured by a function of places.
     fn strip(color: impl Fn(DVec3) -> DVec4) -> Vec<[(DVec3, DVec4); 3]> {
         let at = |i: usize, y: f64| {
@@ -150,17 +170,17 @@ mod tests {
             .collect()
     }
 
-    fn moments(strip: &[[(DVec3, DVec4); 3]]) -> (f64, DVec3, SymMat3, Colors) {
-        let of = |t: &[(DVec3, DVec4); 3]| part(t.map(|v| v.0), t.map(|v| v.1));
-        all(&strip.iter().map(of).collect::<Vec<_>>())
+    fn whole(strip: &[[(DVec3, DVec4); 3]]) -> Part {
+        let of = |t: &[(DVec3, DVec4); 3]| Part::of_triangle(t.map(|v| v.0), t.map(|v| v.1));
+        strip.iter().map(of).reduce(|a, b| a.and(&b)).unwrap()
     }
 
     #[test]
     fn linear_colors_lose_nothing() {
         let linear = |p: DVec3| DVec4::new(0.3 + 0.2 * p.x, 0.7 - 0.1 * p.y, 0.1 * p.x + 0.4 * p.y, 1.0);
-        let (area, centroid, spread, colors) = moments(&strip(linear));
-        assert!(colors.squared_loss(&spread) < 1e-6 * area, "{}", colors.squared_loss(&spread));
-        let fit = colors.fit(centroid, &spread);
+        let part = whole(&strip(linear));
+        assert!(part.squared_loss() < 1e-6 * part.area, "{}", part.squared_loss());
+        let fit = part.fit();
         for x in [DVec3::ZERO, DVec3::new(1.0, 0.2, 0.2)] {
             assert!(fit.squared_difference(x, linear(x)) < 1e-5);
         }
@@ -170,8 +190,8 @@ mod tests {
     fn the_loss_is_the_integral_of_the_squared_difference() {
         let wild = |p: DVec3| DVec4::new((7.0 * p.x).sin(), (9.0 * p.y).cos(), p.x * p.y, 0.5);
         let strip = strip(wild);
-        let (_, centroid, spread, colors) = moments(&strip);
-        let fit = colors.fit(centroid, &spread);
+        let part = whole(&strip);
+        let fit = part.fit();
         // The middles of the sides integrate what is quadratic, as the difference squared is within a triangle.
         let integral: f64 = strip
             .iter()
@@ -187,15 +207,15 @@ mod tests {
                     / 3.0
             })
             .sum();
-        let loss = colors.squared_loss(&spread);
+        let loss = part.squared_loss();
         assert!((loss - integral).abs() < 1e-9 * integral, "{loss} {integral}");
         assert!(loss > 0.01);
     }
 
     #[test]
     fn a_point_has_one_color() {
-        let (_, centroid, spread, colors) = part([DVec3::ONE; 3], [DVec4::ONE, DVec4::ZERO, DVec4::ZERO]);
-        assert_eq!(colors.squared_loss(&spread), 0.0);
-        assert!(colors.fit(centroid, &spread).squared_difference(DVec3::ONE, DVec4::ONE).is_finite());
+        let part = Part::of_triangle([DVec3::ONE; 3], [DVec4::ONE, DVec4::ZERO, DVec4::ZERO]);
+        assert_eq!(part.squared_loss(), 0.0);
+        assert!(part.fit().squared_difference(DVec3::ONE, DVec4::ONE).is_finite());
     }
 }

@@ -56,7 +56,7 @@ pub(super) fn merge_all(
     match colors.zip(mesh.colors.as_deref()) {
         Some((weights, colors)) if rule == Rule::Quality => {
             let colors = weights.for_budgets(colors);
-            let of_face = |f: u32| colors.of_face(&mesh.positions, mesh.faces[f as usize]).3;
+            let of_face = |f: u32| colors.of_face(&mesh.positions, mesh.faces[f as usize]).colors;
             merge(mesh, components, rule, of_face, progress)
         }
         _ => merge(mesh, components, rule, |_| (), progress),
