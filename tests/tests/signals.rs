@@ -27,6 +27,27 @@ fn a_signal_stops_the_build_and_leaves_nothing() {
     }
 }
 
+/// `timeout` sends a signal to the command and to its group, and people press Ctrl-C twice.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_comes_twice_leaves_nothing_either() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for between in [0, 1, 5] {
+        let mut command = listening(binary("fcbuild"));
+        command.args(long_build()).current_dir(folder.path()).stderr(Stdio::piped());
+        let child = started(command, folder.path());
+        send(child.id().into(), "INT");
+        std::thread::sleep(Duration::from_millis(between));
+        // The first one may have ended it by now.
+        let _ =
+            Command::new("kill").args(["-s", "INT", &child.id().to_string()]).stderr(Stdio::null()).status();
+        let done = child.wait_with_output().expect("the command ends");
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.signal() == Some(2) && said.contains("[FC902]"), "{between}: {said}");
+        assert_eq!(names(folder.path()), Vec::<String>::new());
+    }
+}
+
 /// A shell stops with a command that Ctrl-C has stopped, also in the middle of a loop.
 #[cfg(target_os = "linux")]
 #[test]

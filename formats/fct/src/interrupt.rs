@@ -13,11 +13,15 @@ use signal_hook::{consts, flag};
 /// How long a signal may wait to be noticed.
 const LISTEN_EVERY: Duration = Duration::from_millis(50);
 
+/// How long a signal has to be heard and its temporaries to be removed, before a further one ends the process.
+const PATIENCE: Duration = Duration::from_secs(1);
+
 /// Watches for signals that ask the program to stop: SIGINT, SIGTERM and, where the system has them, SIGHUP, SIGQUIT and
 /// SIGXCPU.
 ///
-/// The first one only raises a flag, so that temporaries can be removed; a second one of the same kind ends the
-/// process at once, in case the first is not heard. When all is removed, [`end_with`] ends the process.
+/// The first one only raises a flag, so that temporaries can be removed. One that comes a second later or more ends the
+/// process at once, in case the first is not heard; until then it changes nothing, since `timeout` and terminals send a
+/// signal to a process and to its group. When all is removed, [`end_with`] ends the process.
 #[derive(Debug)]
 pub struct Interrupt {
     caught: Vec<(u8, Arc<AtomicBool>)>,
@@ -40,14 +44,23 @@ impl Interrupt {
     /// A signal that the program was started to ignore stays ignored, as under `nohup`.
     /// A file that outgrows a limit ends nothing any more: writing it fails instead.
     pub fn watch() -> Self {
+        let impatient = Arc::new(AtomicBool::new(false));
         let signals = watched().filter_map(|(exit, signal)| {
             let raised = Arc::new(AtomicBool::new(false));
-            // Handlers run in order: the first asks whether the flag is up already, the second raises it.
-            end_at_once_if(&raised, exit, signal).ok()?;
+            end_at_once_if(&impatient, exit, signal).ok()?;
             flag::register(signal, Arc::clone(&raised)).ok()?;
             Some((exit, raised))
         });
-        let caught = signals.collect();
+        let caught: Vec<(u8, Arc<AtomicBool>)> = signals.collect();
+        let flags: Vec<_> = caught.iter().map(|(_, raised)| Arc::clone(raised)).collect();
+        // Without the thread no signal ends the process before its temporaries are removed.
+        let _ = thread::Builder::new().name("patience".to_owned()).spawn(move || {
+            while !flags.iter().any(|raised| raised.load(Ordering::Relaxed)) {
+                thread::sleep(LISTEN_EVERY);
+            }
+            thread::sleep(PATIENCE);
+            impatient.store(true, Ordering::Relaxed);
+        });
         // With a handler, whatever it does, the system says EFBIG to the one who writes.
         #[cfg(unix)]
         let _ = flag::register(consts::SIGXFSZ, Arc::default());

@@ -142,7 +142,8 @@ fn describe(mesh: &Mesh, parts: &[Part<'_>]) -> (Value, u64) {
             let color = json!({ "componentType": UNSIGNED_BYTE, "normalized": true, "type": "VEC4" });
             add("COLOR_0", colors, 4, color);
         }
-        let primitive = json!({ "attributes": attributes, "indices": accessors.len(), "mode": 4 });
+        let primitive =
+            json!({ "attributes": attributes, "indices": accessors.len(), "material": 0, "mode": 4 });
         accessors.push(json!({
             "bufferView": view_of_indices, "byteOffset": 4 * first_corner, "componentType": UNSIGNED_INT,
             "count": indices.len(), "type": "SCALAR",
@@ -162,6 +163,8 @@ fn describe(mesh: &Mesh, parts: &[Part<'_>]) -> (Value, u64) {
         "scenes": [{ "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
         "nodes": nodes,
         "meshes": meshes,
+        // Without one a surface is metal, which is dark where nothing is to be mirrored.
+        "materials": [{ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 } }],
         "accessors": accessors,
         "bufferViews": views,
         "buffers": [{ "byteLength": end }],

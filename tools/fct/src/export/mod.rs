@@ -298,7 +298,7 @@ impl fmt::Display for Exported {
                 rms as f32, max as f32
             )?;
             if let Some(color_rms) = color_rms {
-                write!(f, "; colours {:.1} % apart in the mean", 100.0 * color_rms)?;
+                write!(f, "; colours {:.1} % apart in the mean (root mean square)", 100.0 * color_rms)?;
             }
         }
         if self.collapsed > 0 {
